@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: Zlib
+# SPDX-FileCopyrightText: 2026 The btgpu authors
+# Compiler flags that every target of the project gets.
+add_library(btgpu_flags INTERFACE)
+target_compile_options(btgpu_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+                                             -ffp-contract=off)
+target_include_directories(btgpu_flags INTERFACE ${CMAKE_SOURCE_DIR})
+if(BTGPU_WERROR)
+  target_compile_options(btgpu_flags INTERFACE -Werror)
+endif()
+if(BTGPU_SANITIZE)
+  target_compile_options(btgpu_flags INTERFACE -fsanitize=${BTGPU_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(btgpu_flags INTERFACE -fsanitize=${BTGPU_SANITIZE})
+endif()

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "btGpuDynamicsWorld.h"
+
+#include <cstdio>
+
+#include "../translation/contacts.h"
+#include "../translation/read_settings.h"
+#include "../translation/support_check.h"
+#include "../translation/write_back_bodies.h"
+#include "engine_loader.h"
+#include "world_state.h"
+
+using btgpu::Path;
+using btgpu::WorldState;
+
+namespace {
+
+void sayOnce(const std::string& reason) {
+  std::fprintf(stderr, "btgpu: %s; the world goes on on Bullet's own CPU path\n", reason.c_str());
+}
+
+// The engine of a world, created at its first step. Null if there is none to be had.
+btgpu::Engine* engineOf(WorldState& state) {
+  if (state.engine || !state.engineError.empty()) return state.engine.get();
+  btgpu::EngineSettings settings;
+  settings.device = state.settings.m_device;
+  settings.profile = state.settings.m_profile;
+  settings.bodyCapacity = static_cast<size_t>(btMax(0, state.settings.m_bodyCapacity));
+  settings.pairCapacity = static_cast<size_t>(btMax(0, state.settings.m_pairCapacity));
+  state.engine = btgpu::createEngine(settings, state.engineError);
+  if (!state.engine) {
+    if (state.engineError.empty()) state.engineError = "no engine";
+    sayOnce(state.engineError);
+  } else {
+    state.statistics.m_device = state.engine->info().device;
+  }
+  return state.engine.get();
+}
+
+// The device or its memory is gone: the world goes on without it. Bullet's objects still hold the state before the
+// step, so nothing is lost but the accumulated impulses.
+void loseEngine(WorldState& state) {
+  state.engineError = state.engine->lastError();
+  sayOnce(state.engineError);
+  state.engine.reset();
+  state.statistics.m_device.clear();
+  state.reader.clear();
+}
+
+// Contacts of the stock path are the device's business now: left in the dispatcher they would go stale.
+void releaseStockManifolds(btCollisionWorld& world) {
+  btOverlappingPairCache& cache = *world.getPairCache();
+  btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
+  for (int i = 0; i < pairs.size(); ++i) cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
+}
+
+void keepStatistics(WorldState& state) {
+  const btgpu::StepCounters& c = state.results.counters;
+  btGpuStatistics& s = state.statistics;
+  ++s.m_deviceSteps;
+  s.m_repeatedSteps += static_cast<unsigned long long>(state.results.redos);
+  s.m_pairs = c.pairCount;
+  s.m_contactManifolds = c.constraintCount;
+  s.m_contactPoints = c.contactPoints;
+  s.m_colours = c.colourCount;
+  s.m_launches = state.results.launches;
+  s.m_waits = state.results.waits;
+  if (c.quarantined > 0) {
+    state.fallbacks.add("body", "NaN or infinite result: left out until the application gives it a new state", c.quarantined);
+  }
+}
+
+// Stands in for the pre-tick callback while the base class steps, since it has been called already.
+void preTickCalled(btDynamicsWorld*, btScalar) {}
+
+// Takes the callback away and puts it back, whatever happens in between, unless the application set another one.
+class PreTickGuard {
+ public:
+  explicit PreTickGuard(btInternalTickCallback& callback) : m_callback(callback), m_saved(callback) {
+    if (m_saved) m_callback = preTickCalled;
+  }
+  ~PreTickGuard() {
+    if (m_callback == preTickCalled) m_callback = m_saved;
+  }
+  PreTickGuard(const PreTickGuard&) = delete;
+  PreTickGuard& operator=(const PreTickGuard&) = delete;
+
+ private:
+  btInternalTickCallback& m_callback;
+  btInternalTickCallback m_saved;
+};
+
+}  // namespace
+
+btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
+                                       btConstraintSolver* constraintSolver,
+                                       btCollisionConfiguration* collisionConfiguration)
+    : btGpuDynamicsWorld(dispatcher, pairCache, constraintSolver, collisionConfiguration, btGpuSettings()) {}
+
+btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
+                                       btConstraintSolver* constraintSolver,
+                                       btCollisionConfiguration* collisionConfiguration, const btGpuSettings& settings)
+    : btDiscreteDynamicsWorld(dispatcher, pairCache, constraintSolver, collisionConfiguration) {
+  btgpu::replaceState(this, settings);
+}
+
+btGpuDynamicsWorld::~btGpuDynamicsWorld() { btgpu::eraseState(this); }
+
+void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSettings& settings) {
+  const auto state = btgpu::findState(world);
+  const bool sameEngine = state->settings.m_device == settings.m_device && state->settings.m_profile == settings.m_profile;
+  state->settings = settings;
+  if (sameEngine && state->engine) return;
+  state->engine.reset();
+  state->engineError.clear();
+  state->reader.clear();
+  if (state->lastPath == Path::Device) state->lastPath = Path::None;
+}
+
+std::vector<btGpuFallback> btGpuDynamicsWorld::fallbackReport() const {
+  std::vector<btGpuFallback> report;
+  for (const auto& entry : btgpu::findState(this)->fallbacks.entries()) {
+    report.push_back({entry.what, entry.reason, entry.count});
+  }
+  return report;
+}
+
+btGpuStatistics btGpuDynamicsWorld::statistics() const { return btgpu::findState(this)->statistics; }
+
+void btGpuDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
+  BT_PROFILE("internalSingleStepSimulation");
+  if (m_internalPreTickCallback) (*m_internalPreTickCallback)(this, timeStep);
+  if (!deviceStep(timeStep)) {
+    stockStep(timeStep);
+    return;
+  }
+  // From here on as in stock. With actions in the world the sleep timers come after them, on the host.
+  const bool hostActivation = m_actions.size() > 0;
+  updateActions(timeStep);
+  if (hostActivation) updateActivationState(timeStep);
+  if (m_internalTickCallback) (*m_internalTickCallback)(this, timeStep);
+}
+
+// One step on the device, up to the point where stock has integrated the transforms. False if the stock path has to
+// do it; Bullet's objects are then as before.
+bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
+  const auto state = btgpu::findState(this);
+  btgpu::FallbackList missing;
+  if (state->settings.m_stockOnly) missing.add("device", "turned off by setting");
+  btgpu::checkWorld(*this, timeStep, missing);
+  if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
+  if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
+  if (!missing.empty()) {
+    state->fallbacks.addStep(missing);
+    return false;
+  }
+
+  btgpu::WorldInput& input = state->reader.input();
+  if (state->lastPath == Path::Stock) {
+    input.replaceManifolds = true;
+    input.manifolds = btgpu::readManifolds(*getDispatcher(), state->reader);
+    releasePredictiveContacts();
+    releaseStockManifolds(*this);
+  }
+  btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
+  settings.hostActivation = m_actions.size() > 0;
+  settings.keepContacts = state->settings.m_keepContacts;
+  getSolverInfo().m_timeStep = timeStep;
+  getDispatchInfo().m_timeStep = timeStep;
+  getDispatchInfo().m_stepCount = 0;
+  getDispatchInfo().m_debugDraw = getDebugDrawer();
+
+  btgpu::Status status = state->engine->beginStep(input, settings);
+  if (status == btgpu::Status::Ok) {
+    // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the solver.
+    if (state->settings.m_hostQueries) updateHostBroadphase(timeStep);
+    status = state->engine->finishStep(state->results);
+  }
+  if (status != btgpu::Status::Ok) {
+    loseEngine(*state);
+    missing.add("device", state->engineError);
+    state->fallbacks.addStep(missing);
+    return false;
+  }
+  btgpu::writeBackBodies(state->reader, state->results, timeStep);
+  state->reader.acceptResults(state->results);
+  keepStatistics(*state);
+  state->lastPath = Path::Device;
+  return true;
+}
+
+// What stock's step does for the broadphase: AABBs that cover the predicted motion, then the overlapping pairs.
+void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
+    btRigidBody* body = m_nonStaticRigidBodies[i];
+    if (!body->isStaticOrKinematicObject()) {
+      body->predictIntegratedTransform(timeStep, body->getInterpolationWorldTransform());
+    }
+  }
+  updateAabbs();
+  computeOverlappingPairs();
+}
+
+void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
+  const auto state = btgpu::findState(this);
+  if (state->lastPath == Path::Device && state->engine) {
+    // The contacts come along, so that the stack does not lose its warm start.
+    std::vector<btgpu::Manifold> manifolds;
+    btgpu::FallbackList ignored;
+    state->reader.read(*this, ignored, ignored);
+    if (state->engine->readManifolds(manifolds) == btgpu::Status::Ok) {
+      updateHostBroadphase(timeStep);
+      btgpu::writeManifolds(manifolds, state->reader, *this);
+    }
+  }
+  state->lastPath = Path::Stock;
+  ++state->statistics.m_stockSteps;
+  const PreTickGuard guard(m_internalPreTickCallback);
+  btDiscreteDynamicsWorld::internalSingleStepSimulation(timeStep);
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// The one header that an application includes. Porting is changing the class name:
+//
+//   btDiscreteDynamicsWorld* world = new btGpuDynamicsWorld(dispatcher, broadphase, solver, configuration);
+//
+// Everything else stays as it is. Steps run on an OpenCL device; what the device can't do yet, and every step on a
+// machine without one, runs on Bullet's own CPU path, and fallbackReport() says so by name.
+#ifndef BT_GPU_DYNAMICS_WORLD_H
+#define BT_GPU_DYNAMICS_WORLD_H
+
+#include <btBulletDynamicsCommon.h>
+
+#include <string>
+#include <vector>
+
+#define BTGPU_API __attribute__((visibility("default")))
+
+struct btGpuSettings {
+  /// OpenCL device: an index as `btgpu info` lists them, "gpu", "cpu" or a part of the name. Empty: the environment
+  /// variable BTGPU_DEVICE, else the first GPU, else the first CPU device.
+  std::string m_device;
+  /// Keeps the host's broadphase current, so that ray tests, sweeps and ghost objects answer as in stock. Turned off,
+  /// these see the poses of the last step on the stock path.
+  bool m_hostQueries = true;
+  /// Runs everything on Bullet's own CPU path.
+  bool m_stockOnly = false;
+  /// Times each stage of the step by device events; slows the step.
+  bool m_profile = false;
+  /// Keeps each step's contacts for comparison (btgpu compare); slows the step.
+  bool m_keepContacts = false;
+  /// Room to start with; grown as needed.
+  int m_bodyCapacity = 0, m_pairCapacity = 0;
+};
+
+/// Something that did not run on the device.
+struct btGpuFallback {
+  std::string m_what;            ///< "joints", "Capsule shape", "constraint solver", ...
+  std::string m_reason;          ///< why, in words
+  unsigned long long m_count = 0;  ///< steps that ran on the stock path because of it (quarantine: bodies)
+};
+
+/// Counts since the world was made, and figures of the last step on the device.
+struct btGpuStatistics {
+  unsigned long long m_deviceSteps = 0, m_stockSteps = 0;
+  unsigned long long m_repeatedSteps = 0;  ///< steps done twice because an array on the device was too small
+  unsigned m_pairs = 0, m_contactManifolds = 0, m_contactPoints = 0, m_colours = 0;
+  int m_launches = 0, m_waits = 0;
+  std::string m_device;  ///< name of the device; empty while none is in use
+};
+
+/// A btDiscreteDynamicsWorld whose steps run on an OpenCL device. It adds no member, so it is as large as its base.
+ATTRIBUTE_ALIGNED16(class)
+BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
+ public:
+  BT_DECLARE_ALIGNED_ALLOCATOR();
+
+  btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache, btConstraintSolver* constraintSolver,
+                     btCollisionConfiguration* collisionConfiguration);
+  btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache, btConstraintSolver* constraintSolver,
+                     btCollisionConfiguration* collisionConfiguration, const btGpuSettings& settings);
+  /// Touches nothing but btgpu's own table: bodies, dispatcher and broadphase may be gone already.
+  virtual ~btGpuDynamicsWorld();
+
+  /// Replaces the settings of a world; a change of device takes effect with the next step.
+  static void configure(btGpuDynamicsWorld* world, const btGpuSettings& settings);
+
+  /// What did not run on the device since the world was made, by name; empty if everything did.
+  std::vector<btGpuFallback> fallbackReport() const;
+  btGpuStatistics statistics() const;
+
+ protected:
+  virtual void internalSingleStepSimulation(btScalar timeStep) override;
+
+ private:
+  bool deviceStep(btScalar timeStep);
+  void updateHostBroadphase(btScalar timeStep);
+  void stockStep(btScalar timeStep);
+};
+
+static_assert(sizeof(btGpuDynamicsWorld) == sizeof(btDiscreteDynamicsWorld),
+              "applications and the preload library rely on a world of the same size");
+
+#endif  // BT_GPU_DYNAMICS_WORLD_H

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "engine_loader.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace btgpu {
+namespace {
+
+constexpr const char* kPluginName = "libbtgpu_engine.so";
+
+struct Plugin {
+  EngineFactory createEngine = nullptr;
+  DeviceLister listDevices = nullptr;
+  std::string error;  // why it could not be opened
+};
+
+std::filesystem::path ownDirectory() {
+  Dl_info info;
+  static const char anchor = 0;
+  if (dladdr(&anchor, &info) == 0 || !info.dli_fname) return {};
+  std::error_code error;
+  const auto path = std::filesystem::canonical(info.dli_fname, error);
+  return error ? std::filesystem::path() : path.parent_path();
+}
+
+void* openPlugin(std::string& error) {
+  if (const char* path = std::getenv("BTGPU_ENGINE"); path && *path) {
+    void* handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!handle) error = dlerror();
+    return handle;
+  }
+  const auto here = ownDirectory();
+  for (const char* folder : {".", "btgpu", "../lib", "../lib/btgpu"}) {
+    const auto candidate = here / folder / kPluginName;
+    std::error_code ignored;
+    if (here.empty() || !std::filesystem::exists(candidate, ignored)) continue;
+    void* handle = dlopen(candidate.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (!handle) error = dlerror();  // there, but something it needs is not: most likely libOpenCL.so.1
+    return handle;
+  }
+  void* handle = dlopen(kPluginName, RTLD_NOW | RTLD_LOCAL);
+  if (!handle) error = dlerror();
+  return handle;
+}
+
+Plugin loadPlugin() {
+  Plugin plugin;
+  void* handle = openPlugin(plugin.error);
+  if (!handle) return plugin;
+  plugin.createEngine = reinterpret_cast<EngineFactory>(dlsym(handle, kEngineEntryPoint));
+  plugin.listDevices = reinterpret_cast<DeviceLister>(dlsym(handle, kListDevicesEntryPoint));
+  if (!plugin.createEngine || !plugin.listDevices) plugin.error = "the engine plugin is of another version of btgpu";
+  return plugin;
+}
+
+// Never closed: a world may outlive every static object of this library.
+const Plugin& plugin() {
+  static const Plugin* loaded = new Plugin(loadPlugin());
+  return *loaded;
+}
+
+}  // namespace
+
+std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string& error) {
+  const Plugin& p = plugin();
+  if (!p.error.empty()) {
+    error = p.error;
+    return nullptr;
+  }
+  Status status = Status::InternalError;
+  char message[1024] = "";
+  std::unique_ptr<Engine> engine(p.createEngine(kEngineAbi, &settings, &status, message, sizeof message));
+  if (status == Status::WrongAbi) {
+    error = "the engine plugin is of another version of btgpu";
+  } else if (!engine) {
+    error = message;
+  }
+  return engine;
+}
+
+bool listDevices(std::vector<EngineInfo>& devices, std::string& error) {
+  const Plugin& p = plugin();
+  if (!p.error.empty()) {
+    error = p.error;
+    return false;
+  }
+  if (p.listDevices(kEngineAbi, &devices) != Status::Ok) {
+    error = "the OpenCL devices could not be listed";
+    return false;
+  }
+  return true;
+}
+
+}  // namespace btgpu

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "../gpu_engine/engine.h"
+
+namespace btgpu {
+
+// Opens the engine plugin, once for the process and for ever, and creates an engine in it. On failure returns null
+// and says why in one line. The plugin is looked for at $BTGPU_ENGINE, beside this library, in the folders btgpu,
+// ../lib and ../lib/btgpu from there, and where the dynamic linker looks.
+std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string& error);
+
+// All OpenCL devices; on failure false and one line.
+bool listDevices(std::vector<EngineInfo>& devices, std::string& error);
+
+}  // namespace btgpu

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "device_world.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace btgpu {
+namespace {
+
+// Beyond this many separate ranges one copy of the whole array is cheaper than many small ones.
+constexpr size_t kMaxRanges = 64;
+// Unchanged elements between two changed ones that are sent along rather than starting a new range.
+constexpr std::uint32_t kGap = 16;
+
+struct Range {
+  size_t first, count;
+};
+
+std::vector<Range> mergeRanges(const std::vector<std::uint32_t>& changed) {
+  std::vector<Range> ranges;
+  for (const std::uint32_t i : changed) {
+    if (!ranges.empty() && i <= ranges.back().first + ranges.back().count + kGap) {
+      ranges.back().count = i - ranges.back().first + 1;
+    } else {
+      ranges.push_back({i, 1});
+    }
+  }
+  return ranges;
+}
+
+template <typename T>
+void uploadTracked(Queue& queue, const Tracked<T>& source, DeviceArray<T>& target) {
+  const bool grown = target.size() != source.values.size();
+  target.resize(queue, source.values.size());
+  if (source.values.empty()) return;
+  const auto ranges = mergeRanges(source.changed);
+  if (grown || ranges.size() > kMaxRanges) {
+    target.copyFromHost(queue, source.values, false);
+    return;
+  }
+  for (const Range r : ranges) target.copyRangeFromHost(queue, source.values, r.first, r.count, false);
+}
+
+}  // namespace
+
+void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFriction, bool torsionRows) {
+  Capacities& c = capacities;
+  c.bodies = std::max(c.bodies, wanted.bodies);
+  c.pairs = std::max(c.pairs, wanted.pairs);
+  c.slots = std::max(c.slots, (wanted.slots + BTGPU_LANES - 1) / BTGPU_LANES * BTGPU_LANES);
+  c.colourLaunches = std::min<uint>(COLOUR_LIMIT, std::max(c.colourLaunches, wanted.colourLaunches));
+  c.colourRounds = std::max(c.colourRounds, wanted.colourRounds);
+  c.serialLaunched = c.serialLaunched || wanted.serialLaunched;
+
+  const auto resizeAll = [&queue](size_t size, auto&... arrays) { (arrays.resize(queue, std::max(size, arrays.size())), ...); };
+  resizeAll(c.bodies, born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
+  resizeAll(c.pairs, keys, pairs, items, contacts, manifolds, constraints, oldKeys, oldManifolds);
+  resizeAll(1, pairCount, oldPairCount, constraintCount, params, counters);
+  resizeAll(BUCKET_COUNT + 1, bucketFirst);
+  resizeAll(COLOUR_TABLE, slotFirst);
+  resizeAll(c.slots, slots);
+  resizeAll(c.slots * SLOT_FIELDS, rows);
+  if (twoFriction) resizeAll(c.slots * SLOT_TANGENT2_FIELDS, tangent2);
+  if (torsionRows) resizeAll(c.slots * SLOT_TORSION_FIELDS, torsion);
+}
+
+void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
+  const size_t oldCount = bodyCount;
+  bodyCount = input.bodyCount;
+  uploadTracked(queue, input.infos, infos);
+  uploadTracked(queue, input.poses, poses);
+  uploadTracked(queue, input.velocities, velocities);
+  uploadTracked(queue, input.activations, activations);
+  uploadTracked(queue, input.forces, forces);
+  uploadTracked(queue, input.masses, masses);
+  uploadTracked(queue, input.materials, materials);
+  uploadTracked(queue, input.dampings, dampings);
+  uploadTracked(queue, input.shapes, shapes);
+
+  uploadBorn(queue, input.born, oldCount);
+  if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
+}
+
+void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, size_t oldCount) {
+  // A body that is new has no AABB yet; an empty one says so.
+  static const Aabb kNoAabb = {{1, 1, 1, 0}, {-1, -1, -1, 0}};
+  oldAabbs.resize(queue, std::max(oldAabbs.size(), bodyCount));
+  if (bodyCount > oldCount) {
+    m_noAabbs.assign(bodyCount - oldCount, kNoAabb);
+    queue.write(oldAabbs.buffer(), oldCount * sizeof(Aabb), m_noAabbs.size() * sizeof(Aabb), m_noAabbs.data(), false);
+  }
+  for (const std::uint32_t i : bornNow) {
+    if (i < oldCount) queue.write(oldAabbs.buffer(), i * sizeof(Aabb), sizeof(Aabb), &kNoAabb, false);
+  }
+  if (bornNow.empty() && !m_anyBorn && bodyCount == oldCount) return;
+  m_anyBorn = !bornNow.empty();
+  m_bornFlags.assign(bodyCount, 0);
+  for (const std::uint32_t i : bornNow) m_bornFlags[i] = 1;
+  born.copyFromHost(queue, m_bornFlags, false);
+}
+
+void DeviceWorld::uploadManifolds(Queue& queue, const std::vector<Manifold>& source) {
+  m_keys.clear();
+  for (const Manifold& m : source) {
+    m_keys.push_back(static_cast<ulong>(std::min(m.bodyA, m.bodyB)) << 32 | std::max(m.bodyA, m.bodyB));
+  }
+  m_count.assign(1, static_cast<uint>(source.size()));
+  oldKeys.resize(queue, std::max(oldKeys.size(), source.size()));
+  oldManifolds.resize(queue, std::max(oldManifolds.size(), source.size()));
+  oldPairCount.copyFromHost(queue, m_count, false);
+  queue.write(oldKeys.buffer(), 0, m_keys.size() * sizeof(ulong), m_keys.data(), false);
+  queue.write(oldManifolds.buffer(), 0, source.size() * sizeof(Manifold), source.data(), false);
+}
+
+void DeviceWorld::keepMatchedManifolds(Queue& queue) {
+  matchedManifolds.resize(queue, manifolds.size());
+  queue.copy(manifolds.buffer(), matchedManifolds.buffer(), 0, 0, manifolds.size() * sizeof(Manifold));
+}
+
+void DeviceWorld::swapStepResults() {
+  std::swap(oldAabbs, aabbs);
+  std::swap(oldKeys, keys);
+  std::swap(oldPairCount, pairCount);
+  std::swap(oldManifolds, manifolds);
+}
+
+}  // namespace btgpu

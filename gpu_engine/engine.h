@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// The engine's interface as a plugin. compat/ opens the library at run time, so that an application linked with
+// btgpu starts without OpenCL. Nothing is thrown across this boundary.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "step_results.h"
+#include "step_settings.h"
+#include "world_input.h"
+
+namespace btgpu {
+
+// Changes whenever anything in this header or in the headers it includes changes its layout.
+inline constexpr int kEngineAbi = 1;
+// Name of the factory in the plugin: EngineFactory.
+inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
+inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
+
+enum class Status {
+  Ok,
+  NoDevice,      // no OpenCL platform or device, or none that matches
+  OutOfMemory,   // the device or the host
+  DeviceFailed,  // an OpenCL call failed; the device state is lost
+  BuildFailed,   // a kernel does not build on this device
+  WrongAbi,      // plugin and caller were built from different versions
+  InternalError,
+};
+
+struct EngineSettings {
+  std::string device;     // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
+  bool profile = false;   // time each stage (slows the step)
+  size_t bodyCapacity = 0, pairCapacity = 0;  // room to start with; grown as needed
+};
+
+struct StageProfile {
+  std::string stage;
+  double milliseconds;
+  int launches;
+};
+
+struct EngineInfo {
+  std::string device, vendor, platform, version, driver, type;  // as OpenCL names them
+  std::string kernelShape;                                      // "gpu" or "cpu"
+  int index = 0;
+  unsigned computeUnits = 0;
+  unsigned long globalMemory = 0, largestAllocation = 0;  // bytes
+  int programsBuilt = 0, programsLoaded = 0, programsRejected = 0;
+  double buildSeconds = 0;
+};
+
+// One world's simulation on one device. Not thread-safe; different engines may be used by different threads.
+class Engine {
+ public:
+  virtual ~Engine() = default;
+
+  // Takes over what changed in `input` and starts the step; returns while the device works. `input` must stay as
+  // it is until finishStep returns.
+  virtual Status beginStep(const WorldInput& input, const StepSettings& settings) noexcept = 0;
+  // Waits for the step that was begun and brings the results.
+  virtual Status finishStep(StepResults& results) noexcept = 0;
+
+  // The manifolds after the last finished step, in pair order, those without points included.
+  virtual Status readManifolds(std::vector<Manifold>& manifolds) noexcept = 0;
+
+  // Drops all device state; the next beginStep must come with everything in its change lists.
+  virtual void reset() noexcept = 0;
+
+  virtual EngineInfo info() const noexcept = 0;
+  virtual std::vector<StageProfile> takeProfile() noexcept = 0;
+  // One line about the last status that was not Ok.
+  virtual std::string lastError() const noexcept = 0;
+};
+
+// Creates an engine; on failure returns null, sets *status and writes one line into error[0, errorSize).
+using EngineFactory = Engine* (*)(int abi, const EngineSettings* settings, Status* status, char* error, size_t errorSize);
+// All devices in the order of their indices.
+using DeviceLister = Status (*)(int abi, std::vector<EngineInfo>* devices);
+
+}  // namespace btgpu

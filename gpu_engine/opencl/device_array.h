@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "error.h"
+#include "queue.h"
+
+namespace btgpu {
+
+// A typed array on the device, as the paper has it: resizable like std::vector, with copies from and to the host
+// that wait only if asked. Growth is geometric. The host memory of a copy without wait must stay as it is until
+// the queue is finished.
+template <typename T>
+class DeviceArray {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  DeviceArray() = default;
+  explicit DeviceArray(std::string name) : m_name(std::move(name)) {}
+
+  size_t size() const { return m_size; }
+  size_t capacity() const { return m_capacity; }
+  bool empty() const { return m_size == 0; }
+  const cl::Buffer& buffer() const { return m_buffer; }
+  const std::string& name() const { return m_name; }
+
+  // Makes room for `wanted` elements; keeps the first size() ones. Throws OpenClError (out of memory).
+  void reserve(Queue& queue, size_t wanted) {
+    if (wanted <= m_capacity) return;
+    const size_t grown = std::max({wanted, m_capacity + m_capacity / 2, size_t{16}});
+    cl::Buffer larger;
+    try {
+      larger = cl::Buffer(queue.device().context(), CL_MEM_READ_WRITE, grown * sizeof(T));
+    } catch (const cl::Error& e) {
+      throw makeOpenClError(e.err(), e.what(), fmt::format("{}: {} elements, {} bytes", m_name, grown, grown * sizeof(T)));
+    }
+    queue.copy(m_buffer, larger, 0, 0, m_size * sizeof(T));
+    m_buffer = larger;
+    m_capacity = grown;
+  }
+
+  // New elements are undefined until written.
+  void resize(Queue& queue, size_t size) {
+    reserve(queue, size);
+    m_size = size;
+  }
+
+  void push_back(Queue& queue, const T& value, bool wait = true) {
+    resize(queue, m_size + 1);
+    queue.write(m_buffer, (m_size - 1) * sizeof(T), sizeof(T), &value, wait);
+  }
+
+  void copyFromHost(Queue& queue, const std::vector<T>& source, bool wait = true) {
+    resize(queue, source.size());
+    queue.write(m_buffer, 0, source.size() * sizeof(T), source.data(), wait);
+  }
+
+  // Elements [first, first + count) from source[first ...].
+  void copyRangeFromHost(Queue& queue, const std::vector<T>& source, size_t first, size_t count, bool wait = true) {
+    assert(first + count <= m_size && first + count <= source.size());
+    queue.write(m_buffer, first * sizeof(T), count * sizeof(T), source.data() + first, wait);
+  }
+
+  void copyToHost(Queue& queue, std::vector<T>& destination, bool wait = true) const {
+    destination.resize(m_size);
+    queue.read(m_buffer, 0, m_size * sizeof(T), destination.data(), wait);
+  }
+
+  std::vector<T> toVector(Queue& queue) const {
+    std::vector<T> host;
+    copyToHost(queue, host);
+    return host;
+  }
+
+ private:
+  std::string m_name;
+  cl::Buffer m_buffer;
+  size_t m_size = 0, m_capacity = 0;
+};
+
+}  // namespace btgpu

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "kernel.h"
+
+#include <fmt/format.h>
+
+#include "error.h"
+#include "program_cache.h"
+
+namespace btgpu {
+namespace {
+
+// "struct Pair *", "Pair*" and "const Pair*" all become "Pair*".
+std::string normalised(std::string text) {
+  for (const char* word : {"const ", "volatile ", "restrict ", "struct "}) {
+    for (size_t at; (at = text.find(word)) != std::string::npos;) text.erase(at, std::char_traits<char>::length(word));
+  }
+  std::string packed;
+  for (const char c : text) {
+    if (c != ' ' && c != '\0') packed += c;
+  }
+  return packed;
+}
+
+// Drivers may leave the information out, all the more for programs loaded from a binary.
+std::vector<std::string> argumentTypes(const cl::Kernel& kernel, unsigned count) {
+  std::vector<std::string> types;
+  try {
+    for (unsigned i = 0; i < count; ++i) types.push_back(normalised(kernel.getArgInfo<CL_KERNEL_ARG_TYPE_NAME>(i)));
+  } catch (const cl::Error&) {
+    types.clear();
+  }
+  return types;
+}
+
+}  // namespace
+
+Kernel::Kernel(ComputeDevice& device, const std::string& file, const std::string& name, const std::string& options)
+    : m_name(name) {
+  const cl::Program program = device.programs().get(file, options);
+  try {
+    m_kernel = cl::Kernel(program, name.c_str());
+    m_argumentCount = m_kernel.getInfo<CL_KERNEL_NUM_ARGS>();
+  } catch (const cl::Error& e) {
+    throw makeOpenClError(e.err(), e.what(), fmt::format("kernel {} of kernels/{}", name, file));
+  }
+  m_argumentTypes = argumentTypes(m_kernel, m_argumentCount);
+}
+
+void Kernel::checkCount(size_t given) const {
+  if (given == m_argumentCount) return;
+  throw OpenClError(OpenClError::Kind::General,
+                    fmt::format("kernel {} takes {} arguments, {} were bound", m_name, m_argumentCount, given));
+}
+
+void Kernel::checkType(const char* typeName, bool pointer) const {
+  if (m_argumentTypes.empty()) return;
+  const std::string given = std::string(typeName) + (pointer ? "*" : "");
+  if (m_argumentTypes[m_next] == given) return;
+  throw OpenClError(OpenClError::Kind::General, fmt::format("argument {} of kernel {} is a {}, a {} was bound", m_next,
+                                                            m_name, m_argumentTypes[m_next], given));
+}
+
+void Kernel::set(size_t size, const void* value) {
+  try {
+    m_kernel.setArg(m_next, size, value);
+  } catch (const cl::Error& e) {
+    throw makeOpenClError(e.err(), e.what(), fmt::format("argument {} of kernel {}", m_next, m_name));
+  }
+  ++m_next;
+}
+
+}  // namespace btgpu

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "program_cache.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <optional>
+
+#include "btgpu_version.h"
+#include "compute_device.h"
+#include "error.h"
+#include "kernel_sources.h"
+
+namespace btgpu {
+namespace {
+
+// Layout of a disk entry: this header, the key's text, the binary.
+struct FileHeader {
+  char magic[8];
+  std::uint64_t keySize, binarySize, binaryChecksum;
+};
+constexpr char kMagic[8] = {'b', 't', 'g', 'p', 'u', 'p', 'c', '1'};
+
+std::filesystem::path entryPath(const std::string& key) {
+  return ProgramCache::directory() / fmt::format("{:016x}.bin", XXH3_64bits(key.data(), key.size()));
+}
+
+std::optional<std::vector<unsigned char>> readEntry(const std::filesystem::path& path, const std::string& key) {
+  std::ifstream file(path, std::ios::binary);
+  FileHeader header;
+  if (!file.read(reinterpret_cast<char*>(&header), sizeof header)) return std::nullopt;
+  if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.keySize != key.size()) return std::nullopt;
+  std::string storedKey(header.keySize, '\0');
+  if (!file.read(storedKey.data(), static_cast<std::streamsize>(header.keySize)) || storedKey != key) return std::nullopt;
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  if (error || size != sizeof header + header.keySize + header.binarySize) return std::nullopt;
+  std::vector<unsigned char> binary(header.binarySize);
+  if (!file.read(reinterpret_cast<char*>(binary.data()), static_cast<std::streamsize>(binary.size()))) return std::nullopt;
+  if (XXH3_64bits(binary.data(), binary.size()) != header.binaryChecksum) return std::nullopt;
+  return binary;
+}
+
+// Best effort: a cache that can't be written only costs time.
+void writeEntry(const std::filesystem::path& path, const std::string& key, const std::vector<unsigned char>& binary) {
+  std::error_code error;
+  std::filesystem::create_directories(path.parent_path(), error);
+  const auto temporary = path.parent_path() / fmt::format("{}.{}.tmp", path.filename().string(), ::getpid());
+  FileHeader header{};
+  std::memcpy(header.magic, kMagic, sizeof kMagic);
+  header.keySize = key.size();
+  header.binarySize = binary.size();
+  header.binaryChecksum = XXH3_64bits(binary.data(), binary.size());
+  {
+    std::ofstream file(temporary, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(&header), sizeof header);
+    file.write(key.data(), static_cast<std::streamsize>(key.size()));
+    file.write(reinterpret_cast<const char*>(binary.data()), static_cast<std::streamsize>(binary.size()));
+    if (!file.flush()) {
+      std::filesystem::remove(temporary, error);
+      return;
+    }
+  }
+  std::filesystem::rename(temporary, path, error);
+  if (error) std::filesystem::remove(temporary, error);
+}
+
+std::string commonOptions(const ComputeDevice& device) {
+  std::string options = "-cl-std=CL1.2 -Werror";
+  options += device.shape() == KernelShape::Cpu ? " -DBTGPU_SHAPE_CPU" : " -DBTGPU_SHAPE_GPU";
+  // Parity mode: no fast-math, and IEEE division and square root where the device offers them.
+  if (device.correctlyRounded()) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+  options += " -cl-kernel-arg-info";
+  return options;
+}
+
+}  // namespace
+
+ProgramCache::ProgramCache(ComputeDevice& device) : m_device(device) {}
+
+std::filesystem::path ProgramCache::directory() {
+  const auto get = [](const char* name) -> std::filesystem::path {
+    const char* value = std::getenv(name);
+    return value ? value : "";
+  };
+  if (const auto path = get("BTGPU_CACHE_DIR"); !path.empty()) return path;
+  if (const auto path = get("XDG_CACHE_HOME"); path.is_absolute()) return path / "btgpu";
+  if (const auto path = get("HOME"); !path.empty()) return path / ".cache" / "btgpu";
+  return {};
+}
+
+std::string ProgramCache::makeKey(const std::string& source, const std::string& options) const {
+  const auto& d = m_device.description();
+  return fmt::format("btgpu {}\ndevice {}\nplatform {}\nversion {}\ndriver {}\noptions {}\n{}", BTGPU_VERSION, d.name,
+                     d.platform, d.version, d.driver, options, source);
+}
+
+cl::Program ProgramCache::get(const std::string& file, const std::string& options) {
+  const std::string source = expandKernelSource(file);
+  const std::string allOptions = commonOptions(m_device) + (options.empty() ? "" : " " + options);
+  const std::string key = makeKey(source, allOptions);
+  const std::lock_guard<std::mutex> lock(m_mutex);
+  if (const auto it = m_programs.find(key); it != m_programs.end()) return it->second;
+
+  const auto start = std::chrono::steady_clock::now();
+  cl::Program program;
+  if (!load(key, program)) {
+    program = build(file, source, allOptions);
+    m_unsaved.push_back({key, program});
+    ++m_statistics.built;
+  }
+  m_statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  m_programs.emplace(key, program);
+  return program;
+}
+
+bool ProgramCache::load(const std::string& key, cl::Program& program) {
+  if (directory().empty()) return false;
+  const auto path = entryPath(key);
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return false;
+  if (const auto binary = readEntry(path, key)) {
+    try {
+      program = cl::Program(m_device.context(), {m_device.device()}, {*binary});
+      program.build({m_device.device()});
+      ++m_statistics.loaded;
+      return true;
+    } catch (const cl::Error&) {
+      // The driver does not take its own binary any more: build anew.
+    }
+  }
+  ++m_statistics.rejected;
+  return false;
+}
+
+cl::Program ProgramCache::build(const std::string& file, const std::string& source, const std::string& options) const {
+  cl::Program program(m_device.context(), source);
+  try {
+    program.build({m_device.device()}, options.c_str());
+  } catch (const cl::Error& e) {
+    const auto log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(m_device.device());
+    throw OpenClError(OpenClError::Kind::Build,
+                      fmt::format("kernels/{} does not build on {} ({}): {}", file, m_device.description().name,
+                                  errorName(e.err()), log));
+  }
+  return program;
+}
+
+void ProgramCache::flush() {
+  const std::lock_guard<std::mutex> lock(m_mutex);
+  if (directory().empty()) return;
+  for (const auto& unsaved : m_unsaved) {
+    try {
+      const auto binaries = unsaved.program.getInfo<CL_PROGRAM_BINARIES>();
+      if (!binaries.empty() && !binaries.front().empty()) writeEntry(entryPath(unsaved.key), unsaved.key, binaries.front());
+    } catch (const cl::Error&) {
+      // A driver without binaries: nothing to keep.
+    }
+  }
+  m_unsaved.clear();
+}
+
+ProgramCache::Statistics ProgramCache::statistics() const {
+  const std::lock_guard<std::mutex> lock(m_mutex);
+  return m_statistics;
+}
+
+}  // namespace btgpu

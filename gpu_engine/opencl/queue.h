@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cl.h"
+#include "compute_device.h"
+
+namespace btgpu {
+
+// Device time and launches of one stage since the profile was last taken.
+struct StageTime {
+  std::string stage;
+  double milliseconds = 0;
+  int launches = 0;
+};
+
+// The in-order command queue of one world. Counts launches and blocking waits; with profiling on it also times
+// every launch by its events, under the name of the stage that is running.
+class Queue {
+ public:
+  Queue(std::shared_ptr<ComputeDevice> device, bool profile);
+
+  ComputeDevice& device() const { return *m_device; }
+  const std::shared_ptr<ComputeDevice>& sharedDevice() const { return m_device; }
+  const cl::CommandQueue& raw() const { return m_queue; }
+
+  // Names what is launched from here on; `stage` must outlive the profile (a literal).
+  void enterStage(const char* stage) { m_stage = stage; }
+
+  void launch(const cl::Kernel& kernel, const std::string& name, Grid grid);
+  void write(const cl::Buffer& buffer, size_t offset, size_t bytes, const void* from, bool wait);
+  void read(const cl::Buffer& buffer, size_t offset, size_t bytes, void* to, bool wait);
+  void copy(const cl::Buffer& from, const cl::Buffer& to, size_t fromOffset, size_t toOffset, size_t bytes);
+  void finish();
+  void flush();
+
+  int launches() const { return m_launches; }
+  int waits() const { return m_waits; }
+
+  // Times since the last call, in order of first launch. Waits for the queue. Empty without profiling.
+  std::vector<StageTime> takeProfile();
+
+ private:
+  struct Timed {
+    const char* stage;
+    cl::Event event;
+  };
+  std::shared_ptr<ComputeDevice> m_device;
+  cl::CommandQueue m_queue;
+  bool m_profile;
+  const char* m_stage = "";
+  std::vector<Timed> m_timed;
+  int m_launches = 0, m_waits = 0;
+};
+
+}  // namespace btgpu

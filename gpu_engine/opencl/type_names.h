@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// How kernels spell the types that cross to the device.
+#pragma once
+
+#include "../../kernels/shared/body.h"
+#include "../../kernels/shared/bvh.h"
+#include "../../kernels/shared/contact.h"
+#include "../../kernels/shared/rows.h"
+#include "../../kernels/shared/shape.h"
+#include "../../kernels/shared/step.h"
+
+namespace btgpu {
+
+template <typename T>
+struct TypeName;
+
+#define BTGPU_TYPE_NAME(T)              \
+  template <>                           \
+  struct TypeName<T> {                  \
+    static constexpr const char* value = #T; \
+  };
+
+BTGPU_TYPE_NAME(uint)
+BTGPU_TYPE_NAME(ulong)
+BTGPU_TYPE_NAME(float)
+BTGPU_TYPE_NAME(float4)
+BTGPU_TYPE_NAME(Aabb)
+BTGPU_TYPE_NAME(BodyActivation)
+BTGPU_TYPE_NAME(BodyDamping)
+BTGPU_TYPE_NAME(BodyForces)
+BTGPU_TYPE_NAME(BodyInfo)
+BTGPU_TYPE_NAME(BodyMass)
+BTGPU_TYPE_NAME(BodyMaterial)
+BTGPU_TYPE_NAME(BodyPose)
+BTGPU_TYPE_NAME(BodyStep)
+BTGPU_TYPE_NAME(BodyVelocity)
+BTGPU_TYPE_NAME(BvhLevels)
+BTGPU_TYPE_NAME(Manifold)
+BTGPU_TYPE_NAME(Pair)
+BTGPU_TYPE_NAME(RawContacts)
+BTGPU_TYPE_NAME(SeparatingAxis)
+BTGPU_TYPE_NAME(Shape)
+BTGPU_TYPE_NAME(SlotHeader)
+BTGPU_TYPE_NAME(SolverBody)
+BTGPU_TYPE_NAME(SolverMass)
+BTGPU_TYPE_NAME(StepCounters)
+BTGPU_TYPE_NAME(StepParams)
+
+#undef BTGPU_TYPE_NAME
+
+}  // namespace btgpu

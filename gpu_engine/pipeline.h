@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include "device_world.h"
+#include "stages/10_apply_forces.h"
+#include "stages/20_update_aabbs.h"
+#include "stages/30_find_pairs.h"
+#include "stages/35_group_pairs.h"
+#include "stages/42_collide_primitives.h"
+#include "stages/44_find_separating_axis.h"
+#include "stages/46_clip_faces.h"
+#include "stages/48_reduce_and_match_contacts.h"
+#include "stages/55_build_islands.h"
+#include "stages/60_colour_constraints.h"
+#include "stages/65_prepare_contacts.h"
+#include "stages/70_solve_velocities.h"
+#include "stages/80_integrate_poses.h"
+#include "stages/90_update_activation.h"
+
+namespace btgpu {
+
+// What a step needs to know of the world before it is launched.
+struct WorldTraits {
+  uint shapeTypes = 0;       // bit SHAPE_* for every shape in use
+  bool torsionRows = false;  // some body has rolling friction
+};
+
+// The order of the stages, Bullet's own (docs/pipeline.md). Nothing in here waits for the device.
+class Pipeline {
+ public:
+  explicit Pipeline(ComputeDevice& device);
+  void enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits);
+
+ private:
+  ApplyForces m_applyForces;
+  UpdateAabbs m_updateAabbs;
+  FindPairs m_findPairs;
+  GroupPairs m_groupPairs;
+  CollidePrimitives m_collidePrimitives;
+  FindSeparatingAxis m_findSeparatingAxis;
+  ClipFaces m_clipFaces;
+  ReduceAndMatchContacts m_reduceAndMatchContacts;
+  BuildIslands m_buildIslands;
+  ColourConstraints m_colourConstraints;
+  PrepareContacts m_prepareContacts;
+  SolveVelocities m_solveVelocities;
+  IntegratePoses m_integratePoses;
+  UpdateActivation m_updateActivation;
+};
+
+}  // namespace btgpu

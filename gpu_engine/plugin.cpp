@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// The plugin's entry points, and the border at which exceptions become a Status.
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+#include "opencl/error.h"
+#include "world_engine.h"
+
+namespace btgpu {
+namespace {
+
+Status statusOf(OpenClError::Kind kind) {
+  switch (kind) {
+    case OpenClError::Kind::NoDevice: return Status::NoDevice;
+    case OpenClError::Kind::OutOfMemory: return Status::OutOfMemory;
+    case OpenClError::Kind::Build: return Status::BuildFailed;
+    case OpenClError::Kind::General: break;
+  }
+  return Status::DeviceFailed;
+}
+
+// Runs `work`; turns whatever it throws into a status and a message.
+template <typename Work>
+Status guarded(std::string& message, Work&& work) noexcept {
+  try {
+    try {
+      work();
+      return Status::Ok;
+    } catch (const OpenClError& e) {
+      message = e.what();
+      return statusOf(e.kind());
+    } catch (const cl::Error& e) {
+      const OpenClError error = makeOpenClError(e.err(), e.what(), "");
+      message = error.what();
+      return statusOf(error.kind());
+    } catch (const std::bad_alloc&) {
+      message = "out of host memory";
+      return Status::OutOfMemory;
+    } catch (const std::exception& e) {
+      message = e.what();
+      return Status::InternalError;
+    }
+  } catch (...) {  // no memory left even for the message
+    return Status::OutOfMemory;
+  }
+}
+
+class PluginEngine final : public Engine {
+ public:
+  explicit PluginEngine(const EngineSettings& settings) : m_engine(settings) {}
+
+  Status beginStep(const WorldInput& input, const StepSettings& settings) noexcept override {
+    return guarded(m_error, [&] { m_engine.begin(input, settings); });
+  }
+  Status finishStep(StepResults& results) noexcept override {
+    return guarded(m_error, [&] { m_engine.finish(results); });
+  }
+  Status readManifolds(std::vector<Manifold>& manifolds) noexcept override {
+    return guarded(m_error, [&] { m_engine.readManifolds(manifolds); });
+  }
+  void reset() noexcept override {
+    guarded(m_error, [&] { m_engine.reset(); });
+  }
+  EngineInfo info() const noexcept override {
+    EngineInfo info;
+    std::string ignored;
+    guarded(ignored, [&] { info = m_engine.info(); });
+    return info;
+  }
+  std::vector<StageProfile> takeProfile() noexcept override {
+    std::vector<StageProfile> profile;
+    guarded(m_error, [&] { profile = m_engine.takeProfile(); });
+    return profile;
+  }
+  std::string lastError() const noexcept override { return m_error; }
+
+ private:
+  WorldEngine m_engine;
+  std::string m_error;
+};
+
+}  // namespace
+}  // namespace btgpu
+
+#define BTGPU_EXPORT extern "C" __attribute__((visibility("default")))
+
+BTGPU_EXPORT btgpu::Engine* btgpuCreateEngine(int abi, const btgpu::EngineSettings* settings, btgpu::Status* status,
+                                              char* error, size_t errorSize) {
+  if (abi != btgpu::kEngineAbi) {
+    *status = btgpu::Status::WrongAbi;
+    return nullptr;
+  }
+  btgpu::Engine* engine = nullptr;
+  std::string message;
+  *status = btgpu::guarded(message, [&] { engine = new btgpu::PluginEngine(*settings); });
+  if (errorSize > 0) {
+    const size_t length = std::min(message.size(), errorSize - 1);
+    std::memcpy(error, message.data(), length);
+    error[length] = '\0';
+  }
+  return engine;
+}
+
+BTGPU_EXPORT btgpu::Status btgpuListDevices(int abi, std::vector<btgpu::EngineInfo>* devices) {
+  if (abi != btgpu::kEngineAbi) return btgpu::Status::WrongAbi;
+  std::string message;
+  return btgpu::guarded(message, [&] {
+    for (const auto& d : btgpu::ComputeDevice::listDevices()) devices->push_back(btgpu::describeDevice(d));
+  });
+}

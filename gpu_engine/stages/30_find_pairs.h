@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include "../device_world.h"
+#include "../primitives/primitives.h"
+#include "../../kernels/lib/bounds.h"
+
+namespace btgpu {
+
+// Pairs of bodies with overlapping AABBs and matching filters, by a linear BVH over the Morton curve.
+// Reads infos and aabbs; writes keys[] (sorted by lower, then higher body index) and pairCount.
+class FindPairs {
+ public:
+  explicit FindPairs(ComputeDevice& device);
+  void enqueue(Queue& queue, DeviceWorld& world);
+
+ private:
+  void layoutTree(Queue& queue, size_t bodyCount);
+
+  Kernel m_sceneBoundsPartial, m_sceneBoundsFinal, m_mortonKeys, m_bvhLeaves, m_bvhLevel;
+  Kernel m_countPairs, m_checkPairs, m_emitPairs;
+  RadixSort<ulong> m_sort;
+  Scan m_scan;
+  size_t m_treeBodies = 0;  // that the levels were laid out for
+  std::vector<BvhLevels> m_levels;
+  DeviceArray<BvhLevels> m_deviceLevels{"bvh levels"};
+  DeviceArray<Aabb> m_partialBounds{"partial scene bounds"}, m_scene{"scene bounds"}, m_nodes{"bvh nodes"};
+  DeviceArray<ulong> m_mortonCodes{"morton keys"};
+  DeviceArray<uint> m_order{"morton order"}, m_counts{"pair counts"};
+};
+
+}  // namespace btgpu

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "48_reduce_and_match_contacts.h"
+
+namespace btgpu {
+
+ReduceAndMatchContacts::ReduceAndMatchContacts(ComputeDevice& device)
+    : m_matchContacts(device, "stages/48_reduce_and_match_contacts.cl", "matchContacts") {}
+
+void ReduceAndMatchContacts::enqueue(Queue& queue, DeviceWorld& world) {
+  queue.enterStage("48_reduce_and_match_contacts");
+  const size_t capacity = world.capacities.pairs;
+  m_matchContacts.launch(queue, queue.device().grid(capacity), static_cast<uint>(capacity), world.counters, world.pairs,
+                         world.contacts, world.oldManifolds, world.infos, world.shapes, world.poses, world.materials,
+                         world.manifolds);
+}
+
+}  // namespace btgpu

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include "../device_world.h"
+#include "../primitives/primitives.h"
+
+namespace btgpu {
+
+// Islands by union-find over the pairs, which of them sleep or wake, and which manifolds the solver gets.
+// Reads pairs, manifolds, stepActivations; writes roots[], solved[] and the new stepActivations[] by body index, and
+// constraints[] (ascending manifold indices) with constraintCount.
+class BuildIslands {
+ public:
+  explicit BuildIslands(ComputeDevice& device);
+  void enqueue(Queue& queue, DeviceWorld& world);
+
+ private:
+  Kernel m_init, m_unite, m_flatten, m_states, m_solved, m_select, m_count;
+  Compact m_compact;
+  DeviceArray<uint> m_parents{"island parents"}, m_wake{"wake flags"}, m_flags{"manifold flags"};
+};
+
+}  // namespace btgpu

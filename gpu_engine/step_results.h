@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// What comes up the seam after a step.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "../kernels/shared/body.h"
+#include "../kernels/shared/contact.h"
+#include "../kernels/shared/step.h"
+
+namespace btgpu {
+
+struct StepResults {
+  // Indexed by body, length WorldInput::bodyCount.
+  std::vector<BodyPose> poses;            // relative to the region origin
+  std::vector<BodyVelocity> velocities;
+  std::vector<BodyActivation> activations;
+  std::vector<std::uint32_t> quarantined; // bodies that came out not finite in this step, ascending
+
+  // With StepSettings::keepContacts: one manifold a pair that overlaps, in the order of the pairs.
+  std::vector<Manifold> matchedManifolds;  // as the solver got them, impulses of the last step
+  std::vector<Manifold> manifolds;         // after the step
+
+  StepCounters counters{};
+  int redos = 0;     // how often the step was repeated because an array was too small
+  int launches = 0;  // kernels launched
+  int waits = 0;     // times the host waited for the device
+};
+
+}  // namespace btgpu

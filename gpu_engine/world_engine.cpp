@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "world_engine.h"
+
+#include <algorithm>
+
+namespace btgpu {
+namespace {
+
+// Room to start with. Growth costs a repeated step, so a guess that fits most scenes is worth a little memory.
+constexpr size_t kPairsPerBody = 6;
+constexpr size_t kMinPairs = 256;
+constexpr uint kFirstColours = 16, kFirstRounds = 24;
+constexpr uint kSpareColours = 2, kSpareRounds = 4;
+
+StepParams makeParams(const StepSettings& s, const Capacities& c, bool torsionRows) {
+  StepParams p{};
+  p.timeStep = s.timeStep;
+  p.flags = (s.useContinuous ? STEP_USE_CONTINUOUS : 0u) | (s.forceUpdateAllAabbs ? STEP_FORCE_ALL_AABBS : 0u) |
+            (s.splitImpulse ? STEP_SPLIT_IMPULSE : 0u) | (s.warmStarting ? STEP_WARM_START : 0u) |
+            (s.twoFrictionDirections ? STEP_TWO_FRICTION : 0u) |
+            (s.frictionDirectionCaching ? STEP_FRICTION_CACHING : 0u) |
+            (s.velocityDependentFriction ? 0u : STEP_NO_VELOCITY_FRICTION) |
+            (s.interleaveContactAndFriction ? STEP_INTERLEAVE : 0u) |
+            (s.disableDeactivation ? STEP_DISABLE_DEACTIVATION : 0u) | (torsionRows ? STEP_TORSION : 0u) |
+            (s.hostActivation ? STEP_HOST_ACTIVATION : 0u);
+  p.erp2 = s.erp2;
+  p.globalCfm = s.globalCfm;
+  p.splitImpulsePenetrationThreshold = s.splitImpulsePenetrationThreshold;
+  p.splitImpulseTurnErp = s.splitImpulseTurnErp;
+  p.linearSlop = s.linearSlop;
+  p.warmStartingFactor = s.warmStartingFactor;
+  p.sor = s.sor;
+  p.restitutionVelocityThreshold = s.restitutionVelocityThreshold;
+  p.maxGyroscopicForce = s.maxGyroscopicForce;
+  p.contactThreshold = s.contactBreakingThreshold;
+  p.deactivationTime = s.deactivationTime;
+  p.colourLaunches = c.colourLaunches;
+  p.serialLaunched = c.serialLaunched ? 1u : 0u;
+  return p;
+}
+
+}  // namespace
+
+WorldEngine::WorldEngine(const EngineSettings& settings)
+    : m_engineSettings(settings),
+      m_device(ComputeDevice::open(settings.device)),
+      m_queue(m_device, settings.profile),
+      m_pipeline(*m_device),
+      m_world(std::make_unique<DeviceWorld>()),
+      m_params(1),
+      m_counters(1) {}
+
+void WorldEngine::reset() {
+  m_queue.finish();
+  m_world = std::make_unique<DeviceWorld>();
+}
+
+void WorldEngine::updateTraits(const WorldInput& input) {
+  m_traits = {};
+  for (const Shape& shape : input.shapes.values) m_traits.shapeTypes |= 1u << shape.type;
+  m_traits.torsionRows = std::any_of(input.materials.values.begin(), input.materials.values.end(),
+                                     [](const BodyMaterial& m) { return m.rollingFriction != 0.0f; });
+}
+
+void WorldEngine::makeRoom(size_t bodyCount) {
+  Capacities wanted = m_world->capacities;
+  wanted.bodies = std::max(bodyCount, m_engineSettings.bodyCapacity);
+  if (wanted.pairs == 0) {
+    wanted.pairs = std::max({kMinPairs, m_engineSettings.pairCapacity, kPairsPerBody * bodyCount});
+    wanted.slots = wanted.pairs / 2 + kFirstColours * BTGPU_LANES;
+    wanted.colourLaunches = kFirstColours;
+    wanted.colourRounds = kFirstRounds;
+  }
+  const bool fresh = m_world->oldPairCount.empty();
+  m_world->reserve(m_queue, wanted, m_settings.twoFrictionDirections, m_traits.torsionRows);
+  if (fresh) m_world->oldPairCount.copyFromHost(m_queue, {0u});
+}
+
+void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
+  m_settings = settings;
+  m_launchesBefore = m_queue.launches();
+  m_waitsBefore = m_queue.waits();
+  updateTraits(input);
+  makeRoom(input.bodyCount);
+  m_world->upload(m_queue, input);
+  enqueue();
+}
+
+void WorldEngine::enqueue() {
+  m_params.assign(1, makeParams(m_settings, m_world->capacities, m_traits.torsionRows));
+  m_counters.assign(1, StepCounters{});
+  m_world->params.copyFromHost(m_queue, m_params, false);
+  m_world->counters.copyFromHost(m_queue, m_counters, false);
+  if (m_world->bodyCount > 0) m_pipeline.enqueueStep(m_queue, *m_world, m_settings, m_traits);
+  m_queue.flush();
+}
+
+void WorldEngine::enqueueReads(StepResults& results) {
+  const size_t n = m_world->bodyCount;
+  results.poses.resize(n);
+  results.velocities.resize(n);
+  results.activations.resize(n);
+  m_queue.read(m_world->poses.buffer(), 0, n * sizeof(BodyPose), results.poses.data(), false);
+  m_queue.read(m_world->velocities.buffer(), 0, n * sizeof(BodyVelocity), results.velocities.data(), false);
+  m_queue.read(m_world->activations.buffer(), 0, n * sizeof(BodyActivation), results.activations.data(), false);
+  m_queue.read(m_world->counters.buffer(), 0, sizeof(StepCounters), &results.counters, false);
+}
+
+void WorldEngine::finish(StepResults& results) {
+  results.redos = 0;
+  enqueueReads(results);
+  m_queue.finish();
+  while (growAfterOverflow(results.counters)) {
+    ++results.redos;
+    enqueue();
+    enqueueReads(results);
+    m_queue.finish();
+  }
+  adaptLaunches(results.counters);
+  readContacts(results);
+  results.quarantined.clear();
+  if (results.counters.quarantined > 0) {
+    const auto infos = m_world->infos.toVector(m_queue);
+    for (uint i = 0; i < m_world->bodyCount; ++i) {
+      if (infos[i].flags & BODY_QUARANTINED) results.quarantined.push_back(i);
+    }
+  }
+  m_world->swapStepResults();
+  results.launches = m_queue.launches() - m_launchesBefore;
+  results.waits = m_queue.waits() - m_waitsBefore;
+  if (!m_programsSaved) {
+    m_device->programs().flush();
+    m_programsSaved = true;
+  }
+}
+
+void WorldEngine::readContacts(StepResults& results) {
+  results.matchedManifolds.clear();
+  results.manifolds.clear();
+  if (!m_settings.keepContacts) return;
+  const size_t pairs = results.counters.pairCount;
+  results.matchedManifolds.resize(pairs);
+  results.manifolds.resize(pairs);
+  m_queue.read(m_world->matchedManifolds.buffer(), 0, pairs * sizeof(Manifold), results.matchedManifolds.data(), true);
+  m_queue.read(m_world->manifolds.buffer(), 0, pairs * sizeof(Manifold), results.manifolds.data(), true);
+}
+
+void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
+  manifolds.clear();
+  if (m_world->oldPairCount.empty()) return;
+  manifolds.resize(m_world->oldPairCount.toVector(m_queue).front());
+  m_queue.read(m_world->oldManifolds.buffer(), 0, manifolds.size() * sizeof(Manifold), manifolds.data(), true);
+}
+
+// True if the step has to be repeated.
+bool WorldEngine::growAfterOverflow(const StepCounters& counters) {
+  if (counters.overflow == 0) return false;
+  Capacities wanted = m_world->capacities;
+  if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = counters.pairCount + counters.pairCount / 4;
+  if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = counters.slotCount + counters.slotCount / 4;
+  if (counters.overflow & OVERFLOW_COLOURS) wanted.colourLaunches = counters.colourCount + kSpareColours;
+  if (counters.overflow & OVERFLOW_ROUNDS) wanted.colourRounds *= 2;
+  if (counters.overflow & OVERFLOW_SERIAL) wanted.serialLaunched = true;
+  m_world->reserve(m_queue, wanted, m_settings.twoFrictionDirections, m_traits.torsionRows);
+  return true;
+}
+
+// Launches follow what the last step used: empty ones cost time, missing ones a repeated step. The result of a step
+// does not depend on them.
+void WorldEngine::adaptLaunches(const StepCounters& counters) {
+  Capacities& c = m_world->capacities;
+  c.colourLaunches = std::min<uint>(COLOUR_LIMIT, counters.colourCount + kSpareColours);
+  c.colourRounds = counters.colourRounds + kSpareRounds;
+  c.serialLaunched = counters.serialCount > 0;
+}
+
+EngineInfo describeDevice(const DeviceDescription& d) {
+  EngineInfo info;
+  info.device = d.name;
+  info.vendor = d.vendor;
+  info.platform = d.platform;
+  info.version = d.version;
+  info.driver = d.driver;
+  info.type = d.type;
+  info.index = d.index;
+  info.computeUnits = d.computeUnits;
+  info.globalMemory = d.globalMemory;
+  info.largestAllocation = d.largestAllocation;
+  return info;
+}
+
+EngineInfo WorldEngine::info() const {
+  EngineInfo info = describeDevice(m_device->description());
+  info.kernelShape = m_device->shape() == KernelShape::Cpu ? "cpu" : "gpu";
+  const auto statistics = m_device->programs().statistics();
+  info.programsBuilt = statistics.built;
+  info.programsLoaded = statistics.loaded;
+  info.programsRejected = statistics.rejected;
+  info.buildSeconds = statistics.buildSeconds;
+  return info;
+}
+
+std::vector<StageProfile> WorldEngine::takeProfile() {
+  std::vector<StageProfile> profile;
+  for (const auto& t : m_queue.takeProfile()) profile.push_back({t.stage, t.milliseconds, t.launches});
+  return profile;
+}
+
+}  // namespace btgpu

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// What goes down the seam: the whole world as contiguous arrays and indices, and which of it changed. Filled by
+// translation/ from Bullet's objects; the engine keeps a copy of it on the device. No Bullet and no OpenCL in here.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "../kernels/shared/body.h"
+#include "../kernels/shared/contact.h"
+#include "../kernels/shared/shape.h"
+
+namespace btgpu {
+
+// One array over all bodies with the indices that changed since the last step, ascending, each once.
+template <typename T>
+struct Tracked {
+  std::vector<T> values;
+  std::vector<std::uint32_t> changed;
+};
+
+struct WorldInput {
+  // Length of every body array: slots in use and free ones (flags without BODY_PRESENT).
+  std::uint32_t bodyCount = 0;
+
+  Tracked<BodyInfo> infos;
+  Tracked<BodyPose> poses;
+  Tracked<BodyVelocity> velocities;
+  Tracked<BodyForces> forces;
+  Tracked<BodyMass> masses;
+  Tracked<BodyMaterial> materials;
+  Tracked<BodyDamping> dampings;
+  Tracked<BodyActivation> activations;
+  std::vector<std::uint32_t> born;  // slots that hold another body than in the last step, ascending
+
+  Tracked<Shape> shapes;  // indexed by BodyInfo::shapeIndex
+
+  // Origin of the region that all positions are relative to, in world coordinates. When it changes, all poses are
+  // in poses.changed.
+  double regionOrigin[3] = {0, 0, 0};
+
+  // Manifolds to start from, when the last step ran elsewhere (on the stock CPU path): replaces the device's own.
+  // Sorted by (lower, higher) body index; body A and B in manifold order.
+  bool replaceManifolds = false;
+  std::vector<Manifold> manifolds;
+
+  void clearChanges() {
+    for (auto* list : {&infos.changed, &poses.changed, &velocities.changed, &forces.changed, &masses.changed,
+                       &materials.changed, &dampings.changed, &activations.changed, &shapes.changed, &born}) {
+      list->clear();
+    }
+    replaceManifolds = false;
+    manifolds.clear();
+  }
+};
+
+}  // namespace btgpu

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Axis-aligned bounding boxes, collision filters and Morton codes.
+#ifndef BTGPU_LIB_BOUNDS_H
+#define BTGPU_LIB_BOUNDS_H
+#include "../shared/body.h"
+#include "../shared/shape.h"
+#include "motion.h"
+#include "vec.h"
+
+BTGPU_BEGIN
+
+#define MOVING_AABB_LIMIT_SQR 1e12f  // squared diagonal beyond which Bullet takes a moving body out of the world
+#define MORTON_BITS 16               // per axis
+#define PAIR_SORT_STATIC_BIT (3 * MORTON_BITS)  // static bodies sort behind all others
+
+LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
+  float4 extent = vec3(BTGPU_LARGE, BTGPU_LARGE, BTGPU_LARGE);
+  float4 centre = pose.position;
+  if (shape.type == SHAPE_SPHERE) {
+    extent = vec3(shape.extents.x, shape.extents.x, shape.extents.x);
+  } else if (shape.type == SHAPE_BOX) {
+    const Matrix3 r = matrixFromQuaternion(pose.orientation);
+    extent = vec3(dot3(abs3(r.row0), shape.extents), dot3(abs3(r.row1), shape.extents),
+                  dot3(abs3(r.row2), shape.extents));
+  } else {
+    centre = vec3(0.0f, 0.0f, 0.0f);  // a plane has no bounds
+  }
+  Aabb box;
+  box.lower = centre - extent;
+  box.upper = centre + extent;
+  return box;
+}
+
+LIB Aabb mergeAabb(Aabb a, Aabb b) {
+  Aabb m;
+  m.lower = fmin(a.lower, b.lower);
+  m.upper = fmax(a.upper, b.upper);
+  return m;
+}
+
+LIB int overlapAabb(Aabb a, Aabb b) {
+  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y && b.lower.y <= a.upper.y &&
+         a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
+}
+
+// An AABB that overlaps nothing, not even itself.
+LIB Aabb emptyAabb(void) {
+  Aabb m;
+  m.lower = vec3(INFINITY, INFINITY, INFINITY);
+  m.upper = vec3(-INFINITY, -INFINITY, -INFINITY);
+  return m;
+}
+
+// Takes part in pair finding at all.
+LIB int isCollidable(BodyInfo body) {
+  return (body.flags & BODY_PRESENT) && !(body.flags & BODY_QUARANTINED) && body.shapeIndex >= 0;
+}
+
+// Bullet's broadphase filter. Two bodies that cannot move are let through as well when the filters say so:
+// that is what stock does, and the narrowphase sorts them out.
+LIB int filtersMatch(BodyInfo a, BodyInfo b) {
+  return (a.filterGroup & b.filterMask) != 0 && (b.filterGroup & a.filterMask) != 0;
+}
+
+// Spreads the low 16 bits of v to every third bit.
+LIB ulong spreadBits3(ulong v) {
+  v &= 0xffffUL;
+  v = (v | (v << 16)) & 0x0000ff0000ffUL;
+  v = (v | (v << 8)) & 0x00f00f00f00fUL;
+  v = (v | (v << 4)) & 0x0c30c30c30c3UL;
+  return (v | (v << 2)) & 0x249249249249UL;
+}
+
+LIB ulong mortonAxis(float value, float lower, float inverseExtent) {
+  const float cell = (value - lower) * inverseExtent * 65536.0f;
+  return (ulong)clamp(cell, 0.0f, 65535.0f);
+}
+
+// Morton code of a point in the box `scene`: 16 bits an axis.
+LIB ulong mortonCode(float4 p, Aabb scene) {
+  const float4 extent = scene.upper - scene.lower;
+  const float ix = extent.x > 0.0f ? 1.0f / extent.x : 0.0f;
+  const float iy = extent.y > 0.0f ? 1.0f / extent.y : 0.0f;
+  const float iz = extent.z > 0.0f ? 1.0f / extent.z : 0.0f;
+  return spreadBits3(mortonAxis(p.x, scene.lower.x, ix)) | (spreadBits3(mortonAxis(p.y, scene.lower.y, iy)) << 1) |
+         (spreadBits3(mortonAxis(p.z, scene.lower.z, iz)) << 2);
+}
+
+BTGPU_END
+#endif

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Order in which constraints choose their colours: a pseudo-random permutation of [0, 2^bits), so that the
+// parallel rounds of stage 60 are few, and invertible, so that a serial pass can follow the same order.
+#ifndef BTGPU_LIB_COLOUR_H
+#define BTGPU_LIB_COLOUR_H
+#include "../shared/types.h"
+
+BTGPU_BEGIN
+
+#define PERMUTE_A 0x9e3779b1u          // odd; PERMUTE_A * PERMUTE_A_INVERSE = 1 mod 2^32
+#define PERMUTE_A_INVERSE 0x0e8b2f51u
+#define PERMUTE_B 0x85ebca6bu
+#define PERMUTE_B_INVERSE 0xa5cb9243u
+
+// Bits needed for indices below count.
+LIB uint indexBits(uint count) {
+  uint bits = 1;
+  while (bits < 32 && (count - 1) >> bits) ++bits;
+  return bits;
+}
+LIB uint lowMask(uint bits) { return bits >= 32 ? 0xffffffffu : (1u << bits) - 1u; }
+
+LIB uint permute(uint x, uint bits) {
+  const uint mask = lowMask(bits), shift = (bits + 1) / 2;
+  x = (x * PERMUTE_A) & mask;
+  x ^= x >> shift;  // its own inverse, since 2 * shift >= bits
+  x = (x * PERMUTE_B) & mask;
+  x ^= x >> shift;
+  return (x * PERMUTE_A) & mask;
+}
+LIB uint unpermute(uint x, uint bits) {
+  const uint mask = lowMask(bits), shift = (bits + 1) / 2;
+  x = (x * PERMUTE_A_INVERSE) & mask;
+  x ^= x >> shift;
+  x = (x * PERMUTE_B_INVERSE) & mask;
+  x ^= x >> shift;
+  return (x * PERMUTE_A_INVERSE) & mask;
+}
+
+// Lowest colour that is in neither mask (64 bits as low and high word), or COLOUR_LIMIT.
+LIB uint freeColour(uint low, uint high) {
+  for (uint c = 0; c < 32; ++c) {
+    if (!(low >> c & 1u)) return c;
+  }
+  for (uint c = 0; c < 32; ++c) {
+    if (!(high >> c & 1u)) return 32 + c;
+  }
+  return 64;
+}
+
+BTGPU_END
+#endif

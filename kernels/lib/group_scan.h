@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Prefix sum over the lanes of one work-group, and the chunk of a group. Device only.
+#ifndef BTGPU_LIB_GROUP_SCAN_H
+#define BTGPU_LIB_GROUP_SCAN_H
+#include "kernel.h"
+
+#define CHUNK_BEGIN(count, group, groups) ((uint)((ulong)(count) * (group) / (groups)))
+
+#ifdef BTGPU_SHAPE_GPU
+// Sum of `value` over all lower lanes; *total gets the sum of all lanes. `scratch` has GROUP_SIZE elements and
+// may be reused at once: the function ends with a barrier. All lanes must call it.
+static uint groupExclusiveScan(uint value, __local uint* scratch, uint* total) {
+  const uint lane = get_local_id(0);
+  scratch[lane] = value;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint step = 1; step < GROUP_SIZE; step *= 2) {
+    const uint below = lane >= step ? scratch[lane - step] : 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    scratch[lane] += below;
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  const uint inclusive = scratch[lane];
+  *total = scratch[GROUP_SIZE - 1];
+  barrier(CLK_LOCAL_MEM_FENCE);
+  return inclusive - value;
+}
+#endif
+
+#endif

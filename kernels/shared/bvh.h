@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// The implicit tree over the bodies sorted along a Morton curve: node j of level k bounds the sorted bodies
+// [j, j + 1) * BVH_ARITY^k. Level 0 are the bodies themselves, the top level is one node.
+#ifndef BTGPU_SHARED_BVH_H
+#define BTGPU_SHARED_BVH_H
+#include "types.h"
+
+BTGPU_BEGIN
+
+#define BVH_ARITY 8u
+#define BVH_MAX_LEVELS 12
+
+// Where each level begins in the array of node bounds, and how many nodes it has.
+STRUCT(BvhLevels) {
+  uint levelCount;
+  uint first[BVH_MAX_LEVELS], size[BVH_MAX_LEVELS];
+  uint unused[7];
+};
+
+BTGPU_END
+#endif

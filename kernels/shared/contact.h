@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Pairs, contact candidates and persistent manifolds.
+#ifndef BTGPU_SHARED_CONTACT_H
+#define BTGPU_SHARED_CONTACT_H
+#include "types.h"
+
+BTGPU_BEGIN
+
+#define NO_INDEX 0xffffffffu
+#define MANIFOLD_POINTS 4  // as Bullet's MANIFOLD_CACHE_SIZE
+#define RAW_POINTS 8       // a rectangle clipped by a rectangle has at most 8 corners
+
+// One pair of bodies whose AABBs overlap. Pairs are sorted by (lower body index, higher body index).
+STRUCT(Pair) {
+  uint bodyA, bodyB;  // manifold order: A has the lower proxy id, but a plane is always B
+  uint oldManifold;   // index of the pair's manifold in the last step, or NO_INDEX
+  uint bucket;        // BUCKET_*
+};
+
+// Result of the separating axis test of two boxes.
+STRUCT(SeparatingAxis) {
+  float4 normal;  // unit, world axes, from A to B; w: penetration depth, > 0
+  int code;       // 0-2: face of A, 3-5: face of B, 6-14: edge of A x edge of B, -1: separated
+  int unused[3];
+};
+
+// Contact candidates of one pair, before reduction and matching.
+STRUCT(RawContacts) {
+  float4 normal;              // unit, world axes, on B (from B towards A); w = 0
+  float4 points[RAW_POINTS];  // xyz: point on B, world axes, relative to A's position; w: distance, < 0 inside
+  int count;
+  int unused[3];
+};
+
+// Bits of ContactPoint.flags: Bullet's btContactPointFlags.
+#define POINT_LATERAL_FRICTION_INITIALIZED 1
+#define POINT_STIFFNESS_DAMPING 8
+
+// The persistent part of btManifoldPoint.
+STRUCT(ContactPoint) {
+  float4 localPointA;           // in A's axes, from A's centre; w: distance, negative inside
+  float4 localPointB;           // in B's axes, from B's centre; w: applied impulse, normal
+  float4 normalWorldOnB;        // w: applied impulse, first friction direction
+  float4 lateralFrictionDir1;   // w: applied impulse, second friction direction
+  float4 lateralFrictionDir2;   // w = 0
+  float4 combined;              // friction, restitution, rolling friction, spinning friction
+  float combinedStiffness, combinedDamping;  // valid with POINT_STIFFNESS_DAMPING
+  int lifeTime;                 // steps since the point was made
+  int flags;                    // POINT_*
+};
+
+STRUCT(Manifold) {
+  uint bodyA, bodyB;
+  int pointCount;
+  uint bucket;                // of the step that wrote it
+  float breakingThreshold;    // fixed when the manifold is made, as in Bullet
+  float processingThreshold;  // likewise
+  uint unused[2];
+  ContactPoint points[MANIFOLD_POINTS];
+};
+
+BTGPU_END
+#endif

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Settings of one step, and the counters that the device keeps while it runs.
+#ifndef BTGPU_SHARED_STEP_H
+#define BTGPU_SHARED_STEP_H
+#include "types.h"
+
+BTGPU_BEGIN
+
+// Bits of StepParams.flags.
+#define STEP_USE_CONTINUOUS 0x01u         // btDispatcherInfo::m_useContinuous: AABBs cover the predicted motion
+#define STEP_FORCE_ALL_AABBS 0x02u        // btCollisionWorld::m_forceUpdateAllAabbs
+#define STEP_SPLIT_IMPULSE 0x04u
+#define STEP_WARM_START 0x08u             // SOLVER_USE_WARMSTARTING
+#define STEP_TWO_FRICTION 0x10u           // SOLVER_USE_2_FRICTION_DIRECTIONS
+#define STEP_FRICTION_CACHING 0x20u       // SOLVER_ENABLE_FRICTION_DIRECTION_CACHING
+#define STEP_NO_VELOCITY_FRICTION 0x40u   // SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION
+#define STEP_INTERLEAVE 0x80u             // SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS
+#define STEP_DISABLE_DEACTIVATION 0x100u  // gDisableDeactivation
+#define STEP_TORSION 0x200u               // some body has rolling friction
+#define STEP_HOST_ACTIVATION 0x400u       // actions may still change velocities: the host updates the timers
+
+STRUCT(StepParams) {
+  float timeStep;
+  uint flags;                 // STEP_*
+  float erp2, globalCfm;      // contact error reduction and constraint force mixing
+  float splitImpulsePenetrationThreshold, splitImpulseTurnErp;
+  float linearSlop, warmStartingFactor;
+  float sor, restitutionVelocityThreshold;
+  float maxGyroscopicForce;
+  float contactThreshold;     // gContactBreakingThreshold: AABBs grow by it
+  float deactivationTime;     // gDeactivationTime
+  uint colourLaunches;        // parallel colours that the host launches in this step
+  uint serialLaunched;        // 1 if the serial batch is launched too
+  uint unused;
+};
+
+// Bits of StepCounters.overflow: what was too small. Every later kernel of the step returns at once, and the
+// host repeats the step with larger arrays; the state that the step started from is still untouched.
+#define OVERFLOW_PAIRS 1u
+#define OVERFLOW_SLOTS 2u
+#define OVERFLOW_COLOURS 4u
+#define OVERFLOW_ROUNDS 8u
+#define OVERFLOW_SERIAL 16u
+
+// One block of counters, read back once at the end of the step.
+STRUCT(StepCounters) {
+  uint overflow;          // OVERFLOW_*
+  uint pairCount;         // pairs found, also those beyond the capacity
+  uint constraintCount;   // manifolds that the solver gets
+  uint slotCount;         // constraint slots, padding included
+  uint colourCount;       // parallel colours used
+  uint serialCount;       // constraints in the serial batch
+  uint uncoloured;        // constraints still without a colour
+  uint colourRounds;      // colouring rounds in which something was coloured
+  uint contactPoints;     // points of all manifolds
+  uint quarantined;       // bodies put into quarantine in this step
+  uint boxOverlaps;       // box pairs that the separating axis test let through
+  uint outOfBounds;       // bodies disabled because their AABB is too large
+  uint unused[4];
+};
+
+BTGPU_END
+#endif

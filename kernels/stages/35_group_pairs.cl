@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "../lib/bounds.h"
+#include "../lib/kernel.h"
+#include "../shared/contact.h"
+
+// Which algorithm finds the contacts of two shapes. Type 1 is the lower SHAPE_* constant.
+static uint bucketOfShapes(int typeA, int typeB) {
+  const int low = min(typeA, typeB), high = max(typeA, typeB);
+  if (low == SHAPE_SPHERE && high == SHAPE_SPHERE) return BUCKET_SPHERE_SPHERE;
+  if (low == SHAPE_SPHERE && high == SHAPE_BOX) return BUCKET_SPHERE_BOX;
+  if (low == SHAPE_SPHERE && high == SHAPE_PLANE) return BUCKET_SPHERE_PLANE;
+  if (low == SHAPE_BOX && high == SHAPE_BOX) return BUCKET_BOX_BOX;
+  if (low == SHAPE_BOX && high == SHAPE_PLANE) return BUCKET_BOX_PLANE;
+  return BUCKET_NONE;
+}
+
+// Index of `key` in the sorted keys of the last step, or NO_INDEX.
+static uint findKey(__global const ulong* keys, uint count, ulong key) {
+  uint first = 0, last = count;
+  while (first < last) {
+    const uint middle = first + (last - first) / 2;
+    if (keys[middle] < key) {
+      first = middle + 1;
+    } else {
+      last = middle;
+    }
+  }
+  return first < count && keys[first] == key ? first : NO_INDEX;
+}
+
+// Turns each sorted key into a pair: manifold order, algorithm, and where its manifold of the last step is.
+// The keys of the last step belong to manifolds[] of the last step, index by index; a manifold is taken over
+// only if its two bodies are still the ones that it was made for (bodyBirth).
+KERNEL describePairs(uint pairCapacity, __global const StepCounters* counters, uint oldCapacity,
+                     __global const uint* oldCount, __global const ulong* keys, __global const ulong* oldKeys,
+                     __global const BodyInfo* infos, __global const Shape* shapes,
+                     __global const BodyActivation* activations, __global const uint* bodyBorn, __global Pair* pairs,
+                     __global uint* buckets, __global uint* items) {
+  RETURN_ON_OVERFLOW(counters);
+  const uint pairCount = itemCount(pairCapacity, &counters->pairCount);
+  FOR_EACH(i, pairCount) {
+    const uint low = (uint)(keys[i] >> 32), high = (uint)keys[i];
+    const BodyInfo lowInfo = infos[low], highInfo = infos[high];
+    const int lowType = shapes[lowInfo.shapeIndex].type, highType = shapes[highInfo.shapeIndex].type;
+    int lowIsA = lowInfo.uniqueId < highInfo.uniqueId;
+    if (lowType == SHAPE_PLANE) lowIsA = 0;
+    if (highType == SHAPE_PLANE) lowIsA = 1;
+    Pair pair;
+    pair.bodyA = lowIsA ? low : high;
+    pair.bodyB = lowIsA ? high : low;
+    pair.bucket = bucketOfShapes(lowType, highType);
+    pair.oldManifold = NO_INDEX;
+    if (!bodyBorn[low] && !bodyBorn[high]) {
+      pair.oldManifold = findKey(oldKeys, itemCount(oldCapacity, oldCount), keys[i]);
+    }
+    if (!isActiveState(activations[low].state) && !isActiveState(activations[high].state)) pair.bucket = BUCKET_CARRY;
+    pairs[i] = pair;
+    buckets[i] = pair.bucket;
+    items[i] = i;
+  }
+}

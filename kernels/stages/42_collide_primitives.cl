@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Contacts of the analytic shape pairs, one kernel a bucket. items[] lists the pairs bucket by bucket,
+// bucketFirst[] where each bucket begins. Built with BTGPU_BUCKET, so that a world builds only what it uses.
+#include "../lib/collide.h"
+#include "../lib/kernel.h"
+
+#if BTGPU_BUCKET == BUCKET_SPHERE_PLANE || BTGPU_BUCKET == BUCKET_BOX_PLANE
+// The plane of B in world axes, constant from B's position.
+static float4 planeInWorld(Shape plane, BodyPose pose) {
+  return withW(rotate(pose.orientation, plane.extents), plane.extents.w);
+}
+#endif
+
+// A new contact can arise within this distance.
+static float newContactThreshold(Pair pair, Shape a, Shape b, __global const Manifold* oldManifolds) {
+  if (pair.oldManifold != NO_INDEX) return oldManifolds[pair.oldManifold].breakingThreshold;
+  return fmin(a.breakingThreshold, b.breakingThreshold);
+}
+
+static void collide(Pair pair, Shape a, Shape b, BodyPose poseA, BodyPose poseB, float threshold, RawContacts* raw) {
+  const float4 bFromA = poseB.position - poseA.position;
+#if BTGPU_BUCKET == BUCKET_SPHERE_SPHERE
+  collideSphereSphere(a.extents.x, b.extents.x, bFromA, raw);
+#elif BTGPU_BUCKET == BUCKET_SPHERE_PLANE
+  collideSpherePlane(a.extents.x, planeInWorld(b, poseB), bFromA, threshold, raw);
+#elif BTGPU_BUCKET == BUCKET_BOX_PLANE
+  collideBoxPlane(a.extents, matrixFromQuaternion(poseA.orientation), planeInWorld(b, poseB), bFromA, threshold, raw);
+#elif BTGPU_BUCKET == BUCKET_SPHERE_BOX
+  const int sphereIsA = a.type == SHAPE_SPHERE;
+  const Matrix3 rotation = matrixFromQuaternion(sphereIsA ? poseB.orientation : poseA.orientation);
+  collideSphereBox(sphereIsA, sphereIsA ? a : b, sphereIsA ? b : a, rotation, bFromA, threshold, raw);
+#endif
+}
+
+KERNEL collidePrimitives(__global const StepCounters* counters, __global const uint* bucketFirst,
+                         __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
+                         __global const Shape* shapes, __global const BodyPose* poses,
+                         __global const Manifold* oldManifolds, __global RawContacts* contacts) {
+  RETURN_ON_OVERFLOW(counters);
+  const uint first = bucketFirst[BTGPU_BUCKET];
+  FOR_EACH(k, bucketFirst[BTGPU_BUCKET + 1] - first) {
+    const uint i = items[first + k];
+    const Pair pair = pairs[i];
+    const Shape a = shapes[infos[pair.bodyA].shapeIndex], b = shapes[infos[pair.bodyB].shapeIndex];
+    RawContacts raw = noContacts();
+    collide(pair, a, b, poses[pair.bodyA], poses[pair.bodyB], newContactThreshold(pair, a, b, oldManifolds), &raw);
+    contacts[i] = raw;
+  }
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "../lib/box_box.h"
+#include "../lib/kernel.h"
+
+// Contact candidates of the box-box pairs that overlap; overlapping[] lists their positions in the bucket.
+KERNEL clipFaces(__global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
+                 __global const uint* overlapping, __global const uint* bucketFirst, __global const uint* items,
+                 __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
+                 __global const BodyPose* poses, __global const SeparatingAxis* axes,
+                 __global RawContacts* contacts) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(n, itemCount(pairCapacity, overlapCount)) {
+    const uint k = overlapping[n];
+    const uint i = items[bucketFirst[BUCKET_BOX_BOX] + k];
+    const Pair pair = pairs[i];
+    const SeparatingAxis axis = axes[k];
+    const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
+    const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
+    const float4 ha = shapes[infos[pair.bodyA].shapeIndex].extents, hb = shapes[infos[pair.bodyB].shapeIndex].extents;
+    const float4 bFromA = b.position - a.position;
+    RawContacts raw = noContacts();
+    if (axis.code >= 6) {
+      collideEdges(ha, ra, hb, rb, bFromA, axis, &raw);
+    } else {
+      collideFaces(ha, ra, hb, rb, bFromA, axis, &raw);
+    }
+    contacts[i] = raw;
+  }
+}

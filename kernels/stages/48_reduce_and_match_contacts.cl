@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "../lib/kernel.h"
+#include "../lib/manifold.h"
+#include "../shared/shape.h"
+
+static ContactPoint noPoint(void) {
+  ContactPoint p;
+  p.localPointA = p.localPointB = p.normalWorldOnB = vec3(0.0f, 0.0f, 0.0f);
+  p.lateralFrictionDir1 = p.lateralFrictionDir2 = p.combined = vec3(0.0f, 0.0f, 0.0f);
+  p.combinedStiffness = p.combinedDamping = 0.0f;
+  p.lifeTime = p.flags = 0;
+  return p;
+}
+
+static Manifold newManifold(Pair pair, Shape a, Shape b, BodyMaterial materialA, BodyMaterial materialB) {
+  Manifold m;
+  m.bodyA = pair.bodyA;
+  m.bodyB = pair.bodyB;
+  m.pointCount = 0;
+  m.breakingThreshold = fmin(a.breakingThreshold, b.breakingThreshold);
+  m.processingThreshold = fmin(materialA.contactProcessingThreshold, materialB.contactProcessingThreshold);
+  m.unused[0] = m.unused[1] = 0;
+  for (int k = 0; k < MANIFOLD_POINTS; ++k) m.points[k] = noPoint();
+  return m;
+}
+
+static void combine(ContactPoint* p, uint flags, BodyMaterial a, BodyMaterial b) {
+  p->combined = combineMaterials(a, b);
+  if (!(flags & BODY_STIFFNESS)) return;
+  p->combinedStiffness = 1.0f / (1.0f / a.contactStiffness + 1.0f / b.contactStiffness);
+  p->combinedDamping = a.contactDamping + b.contactDamping;
+  p->flags |= POINT_STIFFNESS_DAMPING;
+}
+
+// Reduces each pair's candidates to four, merges them into its manifold of the last step, and drops the points
+// that came apart. One manifold a pair, in pair order. A pair of inactive bodies keeps its manifold untouched.
+KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, __global const Pair* pairs,
+                     __global const RawContacts* contacts, __global const Manifold* oldManifolds,
+                     __global const BodyInfo* infos, __global const Shape* shapes, __global const BodyPose* poses,
+                     __global const BodyMaterial* materials, __global Manifold* manifolds) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
+    const Pair pair = pairs[i];
+    const BodyInfo infoA = infos[pair.bodyA], infoB = infos[pair.bodyB];
+    const BodyMaterial materialA = materials[pair.bodyA], materialB = materials[pair.bodyB];
+    Manifold m;
+    if (pair.oldManifold != NO_INDEX) {
+      m = oldManifolds[pair.oldManifold];
+    } else {
+      m = newManifold(pair, shapes[infoA.shapeIndex], shapes[infoB.shapeIndex], materialA, materialB);
+    }
+    m.bucket = pair.bucket;
+    if (pair.bucket != BUCKET_CARRY && pair.bucket != BUCKET_NONE) {
+      const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
+      const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
+      const float4 bFromA = b.position - a.position;
+      RawContacts raw = contacts[i];
+      reduceContacts(&raw);
+      for (int k = 0; k < raw.count; ++k) {
+        ContactPoint p = makePoint(raw.normal, raw.points[k], ra, rb, bFromA);
+        combine(&p, infoA.flags | infoB.flags, materialA, materialB);
+        addPoint(&m, p);
+      }
+      refreshPoints(&m, ra, rb, bFromA);
+    }
+    manifolds[i] = m;
+  }
+}

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Simulation islands: bodies joined by overlapping pairs, found by a lock-free union-find whose root is always
+// the lowest body index, whatever the order of the work items. An island falls asleep and wakes as a whole, by
+// Bullet's rules (btSimulationIslandManager::buildIslands); then the manifolds to be solved are selected.
+#include "../lib/kernel.h"
+#include "../lib/motion.h"
+#include "../shared/contact.h"
+#include "../shared/shape.h"
+
+#define ISLAND_AWAKE 1u   // holds a body that may not sleep
+#define ISLAND_SOLVED 2u  // holds an active body, once the states are decided
+
+static int isIslandMember(uint flags) { return (flags & BODY_PRESENT) && !isStaticOrKinematic(flags); }
+static int mergesIslands(uint flags) {
+  return isIslandMember(flags) && !(flags & (BODY_NO_RESPONSE | BODY_QUARANTINED));
+}
+
+// Parents are read and written by many work items at once, so every access is atomic.
+static uint loadParent(volatile __global uint* parents, uint i) { return atomic_or(&parents[i], 0u); }
+
+static uint findRoot(volatile __global uint* parents, uint i) {
+  uint parent = loadParent(parents, i);
+  while (parent != i) {
+    const uint grandparent = loadParent(parents, parent);
+    atomic_min(&parents[i], grandparent);  // shortens the path; parents only ever get lower
+    i = parent;
+    parent = grandparent;
+  }
+  return i;
+}
+
+static void unite(volatile __global uint* parents, uint a, uint b) {
+  while (true) {
+    a = findRoot(parents, a);
+    b = findRoot(parents, b);
+    if (a == b) return;
+    const uint low = min(a, b), high = max(a, b);
+    if (atomic_cmpxchg(&parents[high], high, low) == high) return;
+  }
+}
+
+KERNEL islandInit(uint bodyCount, __global uint* parents, __global uint* islandFlags, __global uint* wake) {
+  FOR_EACH(i, bodyCount) {
+    parents[i] = i;
+    islandFlags[i] = 0;
+    wake[i] = 0;
+  }
+}
+
+// Bullet: an awake kinematic body wakes what it may touch, that is every pair that has a manifold.
+static int wakes(BodyInfo body, int state, Pair pair) {
+  const int hasManifold = pair.bucket != BUCKET_NONE && (pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX);
+  return hasManifold && (body.flags & BODY_KINEMATIC) && !(body.flags & BODY_NO_RESPONSE) && state != STATE_SLEEPING;
+}
+
+KERNEL islandUnite(uint pairCapacity, __global const StepCounters* counters, __global const Pair* pairs,
+                   __global const BodyInfo* infos, __global const BodyActivation* activations,
+                   volatile __global uint* parents, volatile __global uint* wake) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
+    const Pair pair = pairs[i];
+    const BodyInfo a = infos[pair.bodyA], b = infos[pair.bodyB];
+    if (mergesIslands(a.flags) && mergesIslands(b.flags)) {
+      unite(parents, pair.bodyA, pair.bodyB);
+    } else {
+      if (wakes(a, activations[pair.bodyA].state, pair)) atomic_or(&wake[pair.bodyB], 1u);
+      if (wakes(b, activations[pair.bodyB].state, pair)) atomic_or(&wake[pair.bodyA], 1u);
+    }
+  }
+}
+
+KERNEL islandFlatten(uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
+                     __global const BodyActivation* activations, volatile __global uint* parents,
+                     __global uint* roots, volatile __global uint* islandFlags) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, bodyCount) {
+    const uint root = findRoot(parents, i);
+    const int state = activations[i].state;
+    roots[i] = root;
+    if (isIslandMember(infos[i].flags) && (state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION)) {
+      atomic_or(&islandFlags[root], ISLAND_AWAKE);
+    }
+  }
+}
+
+// btCollisionObject::setActivationState: the two DISABLE states stick.
+static int changedState(int state, int wanted) {
+  return state == STATE_DISABLE_DEACTIVATION || state == STATE_DISABLE_SIMULATION ? state : wanted;
+}
+
+KERNEL islandStates(uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
+                    __global const uint* roots, __global const uint* wake, volatile __global uint* islandFlags,
+                    __global BodyActivation* activations) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, bodyCount) {
+    if (!isIslandMember(infos[i].flags)) continue;
+    BodyActivation activation = activations[i];
+    if (!(atomic_or(&islandFlags[roots[i]], 0u) & ISLAND_AWAKE)) {
+      activation.state = changedState(activation.state, STATE_SLEEPING);
+    } else if (activation.state == STATE_SLEEPING) {
+      activation.state = STATE_WANTS_DEACTIVATION;
+      activation.deactivationTime = 0.0f;
+    }
+    if (wake[i]) {
+      activation.state = changedState(activation.state, STATE_ACTIVE);
+      activation.deactivationTime = 0.0f;
+    }
+    if (isActiveState(activation.state)) atomic_or(&islandFlags[roots[i]], ISLAND_SOLVED);
+    activations[i] = activation;
+  }
+}
+
+// solved[i]: the solver writes this body's velocity back. Bodies outside islands are marked by selectManifolds.
+KERNEL islandSolved(uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
+                    __global const uint* roots, __global const uint* islandFlags, __global uint* solved) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, bodyCount) {
+    solved[i] = isIslandMember(infos[i].flags) && (islandFlags[roots[i]] & ISLAND_SOLVED) ? 1u : 0u;
+  }
+}
+
+static int movesOutsideIslands(uint flags, BodyStep step) {
+  return !isIslandMember(flags) && step.angularVelocity.w != 0.0f;
+}
+
+// flags[i] = 1 for the manifolds that the solver gets: with points, with response, not between sleeping bodies,
+// in an island that is solved, and with a body that can move.
+KERNEL selectManifolds(uint pairCapacity, __global StepCounters* counters, __global const Manifold* manifolds,
+                       __global const BodyInfo* infos, __global const BodyActivation* activations,
+                       __global const BodyStep* steps, __global const uint* roots, __global const uint* islandFlags,
+                       volatile __global uint* solved, __global uint* flags) {
+  RETURN_ON_OVERFLOW(counters);
+  uint points = 0;
+  FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
+    const uint a = manifolds[i].bodyA, b = manifolds[i].bodyB;
+    const uint flagsA = infos[a].flags, flagsB = infos[b].flags;
+    const uint member = isIslandMember(flagsA) ? a : b;
+    points += manifolds[i].pointCount;
+    const int selected =
+        manifolds[i].pointCount > 0 && !((flagsA | flagsB) & BODY_NO_RESPONSE) && isIslandMember(infos[member].flags) &&
+        (activations[a].state != STATE_SLEEPING || activations[b].state != STATE_SLEEPING) &&
+        (islandFlags[roots[member]] & ISLAND_SOLVED) &&
+        (steps[a].angularVelocity.w != 0.0f || steps[b].angularVelocity.w != 0.0f);
+    flags[i] = selected ? 1u : 0u;
+    if (selected && movesOutsideIslands(flagsA, steps[a])) atomic_or(&solved[a], 1u);
+    if (selected && movesOutsideIslands(flagsB, steps[b])) atomic_or(&solved[b], 1u);
+  }
+  if (points) atomic_add(&counters->contactPoints, points);
+}
+
+// Single work item: notes how many manifolds were selected.
+SINGLE_KERNEL countConstraints(__global const uint* total, __global StepCounters* counters) {
+  if (!counters->overflow) counters->constraintCount = *total;
+}

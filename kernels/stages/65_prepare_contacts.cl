@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "../lib/kernel.h"
+#include "../lib/rows.h"
+
+// Makes the solver's bodies ready: no velocity change yet, response to impulses with both factors applied twice,
+// as Bullet does (once in the row, once when the impulse is applied).
+KERNEL prepareBodies(uint bodyCount, __global const StepCounters* counters, __global const BodyStep* steps,
+                     __global const BodyMass* masses, __global SolverBody* solverBodies,
+                     __global SolverMass* solverMasses) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, bodyCount) {
+    const BodyStep step = steps[i];
+    SolverBody body;
+    body.deltaLinear = body.deltaAngular = body.pushLinear = body.turnAngular = vec3(0.0f, 0.0f, 0.0f);
+    solverBodies[i] = body;
+    const float4 lf = masses[i].linearFactor, af = masses[i].angularFactor;
+    const float m = step.linearVelocity.w;
+    SolverMass mass;
+    mass.row0 = withW(step.inverseInertia0 * (af.x * af.x), m * lf.x * lf.x);
+    mass.row1 = withW(step.inverseInertia1 * (af.y * af.y), m * lf.y * lf.y);
+    mass.row2 = withW(step.inverseInertia2 * (af.z * af.z), m * lf.z * lf.z);
+    solverMasses[i] = mass;
+  }
+}
+
+// Everything about one end of a manifold.
+STRUCT(End) {
+  RowBody body;
+  Matrix3 rotation;
+  BodyMaterial material;
+  uint flags;
+};
+
+static End makeEnd(uint i, __global const BodyInfo* infos, __global const BodyPose* poses,
+                   __global const BodyStep* steps, __global const BodyMass* masses,
+                   __global const BodyMaterial* materials) {
+  End end;
+  end.body = makeRowBody(steps[i], masses[i].angularFactor);
+  end.rotation = matrixFromQuaternion(poses[i].orientation);
+  end.material = materials[i];
+  end.flags = infos[i].flags;
+  return end;
+}
+
+static float4 scaleByFriction(uint wanted, End a, End b, float4 direction) {
+  direction = anisotropic(a.flags, wanted, a.material, a.rotation, direction);
+  return anisotropic(b.flags, wanted, b.material, b.rotation, direction);
+}
+
+// Chooses the two friction directions of a point; Bullet's convertContact.
+static void chooseTangents(StepParams s, End a, End b, float4 ra, float4 rb, ContactPoint* p) {
+  if ((s.flags & STEP_FRICTION_CACHING) && (p->flags & POINT_LATERAL_FRICTION_INITIALIZED)) return;
+  const float4 n = xyz(p->normalWorldOnB);
+  const float4 slip = velocityWithForcesAt(a.body, ra) - velocityWithForcesAt(b.body, rb);
+  const float4 lateral = xyz(slip - n * dot3(n, slip));
+  const float speedSqr = lengthSqr3(lateral);
+  float4 t1, t2;
+  if (!(s.flags & STEP_NO_VELOCITY_FRICTION) && speedSqr > BTGPU_EPSILON) {
+    t1 = scaleByFriction(BODY_ANISOTROPIC, a, b, lateral / sqrt(speedSqr));
+    t2 = xyz(p->lateralFrictionDir2);
+    if (s.flags & STEP_TWO_FRICTION) t2 = scaleByFriction(BODY_ANISOTROPIC, a, b, normalize3(cross3(t1, n)));
+  } else {
+    planeSpace(n, &t1, &t2);
+    t1 = scaleByFriction(BODY_ANISOTROPIC, a, b, t1);
+    if (s.flags & STEP_TWO_FRICTION) t2 = scaleByFriction(BODY_ANISOTROPIC, a, b, t2);
+    if ((s.flags & STEP_TWO_FRICTION) && (s.flags & STEP_NO_VELOCITY_FRICTION)) {
+      p->flags |= POINT_LATERAL_FRICTION_INITIALIZED;
+    }
+  }
+  p->lateralFrictionDir1 = withW(t1, p->lateralFrictionDir1.w);
+  p->lateralFrictionDir2 = withW(t2, p->lateralFrictionDir2.w);
+}
+
+// One torsional row: inert if there is nothing to brake or the axis was scaled away.
+static void storeTorsion(__global float* slot, int field, End a, End b, float4 axis, float friction, int wanted) {
+  const float jac = wanted ? torsionJac(a.body, b.body, axis) : 0.0f;
+  const int live = wanted && isfinite(jac);
+  storeField3(slot, field + ROW_TORSION_AXIS, axis);
+  storeField(slot, field + ROW_TORSION_JAC, live ? jac : 0.0f);
+  storeField(slot, field + ROW_TORSION_RHS, live ? torsionRhs(a.body, b.body, axis, jac) : 0.0f);
+  storeField(slot, field + ROW_TORSION_FRICTION, live ? friction : 0.0f);
+  storeField(slot, field + ROW_TORSION_IMPULSE, 0.0f);
+}
+
+static void prepareTorsion(__global float* slot, int field, End a, End b, ContactPoint p) {
+  const int wanted = p.combined.z > 0.0f;
+  const float4 n = xyz(p.normalWorldOnB);
+  float4 t1, t2;
+  planeSpace(n, &t1, &t2);
+  t1 = scaleByFriction(BODY_ANISOTROPIC_ROLLING, a, b, normalize3(t1));
+  t2 = scaleByFriction(BODY_ANISOTROPIC_ROLLING, a, b, normalize3(t2));
+  storeTorsion(slot, field, a, b, n, p.combined.w, wanted);
+  storeTorsion(slot, field + TORSION_FIELDS, a, b, t1, p.combined.z, wanted && length3(t1) > 0.001f);
+  storeTorsion(slot, field + 2 * TORSION_FIELDS, a, b, t2, p.combined.z, wanted && length3(t2) > 0.001f);
+}
+
+// Rows of one point. A point that is not solved has a normal row with jac = 0.
+static void preparePoint(StepParams s, __global float* slot, __global float* slot2, End a, End b, int solved,
+                         ContactPoint p, float4 ra, float4 rb) {
+  NormalRow row = prepareNormal(s, a.body, b.body, p, ra, rb);
+  if (!solved || !isfinite(row.jac) || !isfinite(row.rhs)) row.jac = row.rhs = row.cfm = row.pushRhs = 0.0f;
+  const int live = row.jac != 0.0f;
+  storeField3(slot, ROW_NORMAL, p.normalWorldOnB);
+  storeField3(slot, ROW_R_A, ra);
+  storeField3(slot, ROW_R_B, rb);
+  storeField(slot, ROW_NORMAL_JAC, row.jac);
+  storeField(slot, ROW_NORMAL_RHS, row.rhs);
+  storeField(slot, ROW_NORMAL_CFM, row.cfm);
+  storeField(slot, ROW_NORMAL_IMPULSE,
+             live && (s.flags & STEP_WARM_START) ? p.localPointB.w * s.warmStartingFactor : 0.0f);
+  storeField(slot, ROW_PUSH_RHS, row.pushRhs);
+  storeField(slot, ROW_PUSH_IMPULSE, 0.0f);
+  storeField(slot, ROW_FRICTION, p.combined.x);
+
+  const float4 t1 = xyz(p.lateralFrictionDir1), t2 = xyz(p.lateralFrictionDir2);
+  const float jac1 = frictionJac(s, a.body, b.body, t1, ra, rb);
+  storeField3(slot, ROW_TANGENT1, t1);
+  storeField(slot, ROW_TANGENT1_JAC, jac1);
+  storeField(slot, ROW_TANGENT1_RHS, frictionRhs(a.body, b.body, t1, ra, rb, jac1));
+  storeField(slot, ROW_TANGENT1_IMPULSE, 0.0f);
+  if (!(s.flags & STEP_TWO_FRICTION)) return;
+  const float jac2 = frictionJac(s, a.body, b.body, t2, ra, rb);
+  storeField3(slot2, ROW_TANGENT2, t2);
+  storeField(slot2, ROW_TANGENT2_JAC, jac2);
+  storeField(slot2, ROW_TANGENT2_RHS, frictionRhs(a.body, b.body, t2, ra, rb, jac2));
+  storeField(slot2, ROW_TANGENT2_IMPULSE, 0.0f);
+}
+
+// Builds the rows of every slot from its manifold, and notes the friction directions in the manifold.
+KERNEL prepareContacts(uint slotCapacity, __global const StepCounters* counters, __global const StepParams* params,
+                       __global const SlotHeader* slots, __global const BodyInfo* infos,
+                       __global const BodyPose* poses, __global const BodyStep* steps,
+                       __global const BodyMass* masses, __global const BodyMaterial* materials,
+                       __global Manifold* manifolds, __global float* rows, __global float* tangent2,
+                       __global float* torsion) {
+  RETURN_ON_OVERFLOW(counters);
+  const StepParams s = *params;
+  FOR_EACH(i, itemCount(slotCapacity, &counters->slotCount)) {
+    const SlotHeader header = slots[i];
+    if (header.manifold == NO_INDEX) continue;
+    __global Manifold* manifold = &manifolds[header.manifold];
+    const uint bodyA = manifold->bodyA, bodyB = manifold->bodyB;
+    const End a = makeEnd(bodyA, infos, poses, steps, masses, materials);
+    const End b = makeEnd(bodyB, infos, poses, steps, masses, materials);
+    for (uint k = 0; k < header.pointCount; ++k) {
+      ContactPoint p = manifold->points[k];
+      const float4 ra = mulMatrix(a.rotation, p.localPointA), rb = mulMatrix(b.rotation, p.localPointB);
+      const int solved = p.localPointA.w <= manifold->processingThreshold;
+      if (solved) chooseTangents(s, a, b, ra, rb, &p);
+      manifold->points[k] = p;
+      __global float* slot2 = tangent2;
+      if (s.flags & STEP_TWO_FRICTION) {
+        slot2 += slotBase(i, SLOT_TANGENT2_FIELDS) + k * TANGENT2_FIELDS * BTGPU_LANES;
+      }
+      preparePoint(s, rows + slotBase(i, SLOT_FIELDS) + k * POINT_FIELDS * BTGPU_LANES, slot2, a, b, solved, p, ra, rb);
+      if (s.flags & STEP_TORSION) {
+        prepareTorsion(torsion + slotBase(i, SLOT_TORSION_FIELDS), k * TORSION_ROWS * TORSION_FIELDS, a, b, p);
+      }
+    }
+  }
+}

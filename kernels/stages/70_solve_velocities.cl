@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Projected Gauss-Seidel over the coloured constraint slots: slots of one colour move different bodies and are
+// solved in parallel, colours one after the other. Which rows a launch solves is given by `passes`: Bullet visits
+// all normal rows before all friction rows, and those before the torsional ones.
+#include "../lib/kernel.h"
+#include "../lib/rows.h"
+
+STRUCT(SlotRows) {
+  __global float* points;    // field 0 of the slot's rows
+  __global float* tangent2;
+  __global float* torsion;
+};
+
+static SlotBodies loadBodies(SlotHeader h, __global const SolverBody* bodies, __global const SolverMass* masses) {
+  SlotBodies s;
+  s.linearA = s.angularA = s.linearB = s.angularB = vec3(0.0f, 0.0f, 0.0f);
+  s.massA.row0 = s.massA.row1 = s.massA.row2 = vec3(0.0f, 0.0f, 0.0f);
+  s.massB = s.massA;
+  if (h.bodyA != NO_INDEX) {
+    s.linearA = bodies[h.bodyA].deltaLinear;
+    s.angularA = bodies[h.bodyA].deltaAngular;
+    s.massA = masses[h.bodyA];
+  }
+  if (h.bodyB != NO_INDEX) {
+    s.linearB = bodies[h.bodyB].deltaLinear;
+    s.angularB = bodies[h.bodyB].deltaAngular;
+    s.massB = masses[h.bodyB];
+  }
+  return s;
+}
+
+static void storeBodies(SlotHeader h, const SlotBodies* s, __global SolverBody* bodies) {
+  if (h.bodyA != NO_INDEX) {
+    bodies[h.bodyA].deltaLinear = s->linearA;
+    bodies[h.bodyA].deltaAngular = s->angularA;
+  }
+  if (h.bodyB != NO_INDEX) {
+    bodies[h.bodyB].deltaLinear = s->linearB;
+    bodies[h.bodyB].deltaAngular = s->angularB;
+  }
+}
+
+static __global float* pointRows(SlotRows rows, uint k) { return rows.points + k * POINT_FIELDS * BTGPU_LANES; }
+
+static void warmStart(SlotRows rows, uint k, SlotBodies* s) {
+  __global const float* p = pointRows(rows, k);
+  applyRowImpulse(s, loadField3(p, ROW_NORMAL), loadField3(p, ROW_R_A), loadField3(p, ROW_R_B),
+                  loadField(p, ROW_NORMAL_IMPULSE));
+}
+
+static void solveNormal(SlotRows rows, uint k, SlotBodies* s) {
+  __global float* p = pointRows(rows, k);
+  const float impulse = solveRow(s, loadField3(p, ROW_NORMAL), loadField3(p, ROW_R_A), loadField3(p, ROW_R_B),
+                                 loadField(p, ROW_NORMAL_JAC), loadField(p, ROW_NORMAL_RHS),
+                                 loadField(p, ROW_NORMAL_CFM), loadField(p, ROW_NORMAL_IMPULSE), 0.0f, INFINITY);
+  storeField(p, ROW_NORMAL_IMPULSE, impulse);
+}
+
+static void solveFriction(SlotRows rows, uint k, SlotBodies* s) {
+  __global float* p = pointRows(rows, k);
+  const float normalImpulse = loadField(p, ROW_NORMAL_IMPULSE);
+  if (!(normalImpulse > 0.0f)) return;
+  const float limit = loadField(p, ROW_FRICTION) * normalImpulse;
+  const float4 ra = loadField3(p, ROW_R_A), rb = loadField3(p, ROW_R_B);
+  const float impulse1 = solveRow(s, loadField3(p, ROW_TANGENT1), ra, rb, loadField(p, ROW_TANGENT1_JAC),
+                                  loadField(p, ROW_TANGENT1_RHS), 0.0f, loadField(p, ROW_TANGENT1_IMPULSE), -limit,
+                                  limit);
+  storeField(p, ROW_TANGENT1_IMPULSE, impulse1);
+  if (!rows.tangent2) return;
+  __global float* q = rows.tangent2 + k * TANGENT2_FIELDS * BTGPU_LANES;
+  const float impulse2 =
+      solveRow(s, loadField3(q, ROW_TANGENT2), ra, rb, loadField(q, ROW_TANGENT2_JAC), loadField(q, ROW_TANGENT2_RHS),
+               0.0f, loadField(q, ROW_TANGENT2_IMPULSE), -limit, limit);
+  storeField(q, ROW_TANGENT2_IMPULSE, impulse2);
+}
+
+static void solveTorsionRows(SlotRows rows, uint k, SlotBodies* s) {
+  const float normalImpulse = loadField(pointRows(rows, k), ROW_NORMAL_IMPULSE);
+  if (!(normalImpulse > 0.0f)) return;
+  for (uint r = 0; r < TORSION_ROWS; ++r) {
+    __global float* t = rows.torsion + (k * TORSION_ROWS + r) * TORSION_FIELDS * BTGPU_LANES;
+    const float friction = loadField(t, ROW_TORSION_FRICTION);
+    if (!(friction > 0.0f)) continue;
+    // Bullet's limit: in proportion to the normal impulse, but never above the coefficient itself.
+    const float limit = fmin(friction * normalImpulse, friction);
+    const float impulse = solveTorsion(s, loadField3(t, ROW_TORSION_AXIS), loadField(t, ROW_TORSION_JAC),
+                                       loadField(t, ROW_TORSION_RHS), loadField(t, ROW_TORSION_IMPULSE), limit);
+    storeField(t, ROW_TORSION_IMPULSE, impulse);
+  }
+}
+
+// Split impulse: removes penetration by velocities that move the pose once and are then forgotten.
+static void solvePush(SlotHeader h, SlotRows rows, __global SolverBody* bodies, const SlotBodies* masses) {
+  SlotBodies s = *masses;
+  s.linearA = s.angularA = s.linearB = s.angularB = vec3(0.0f, 0.0f, 0.0f);
+  if (h.bodyA != NO_INDEX) {
+    s.linearA = bodies[h.bodyA].pushLinear;
+    s.angularA = bodies[h.bodyA].turnAngular;
+  }
+  if (h.bodyB != NO_INDEX) {
+    s.linearB = bodies[h.bodyB].pushLinear;
+    s.angularB = bodies[h.bodyB].turnAngular;
+  }
+  int pushed = 0;
+  for (uint k = 0; k < h.pointCount; ++k) {
+    __global float* p = pointRows(rows, k);
+    const float rhs = loadField(p, ROW_PUSH_RHS);
+    if (rhs == 0.0f) continue;
+    const float impulse = solveRow(&s, loadField3(p, ROW_NORMAL), loadField3(p, ROW_R_A), loadField3(p, ROW_R_B),
+                                   loadField(p, ROW_NORMAL_JAC), rhs, loadField(p, ROW_NORMAL_CFM),
+                                   loadField(p, ROW_PUSH_IMPULSE), 0.0f, INFINITY);
+    storeField(p, ROW_PUSH_IMPULSE, impulse);
+    pushed = 1;
+  }
+  if (pushed && h.bodyA != NO_INDEX) {
+    bodies[h.bodyA].pushLinear = s.linearA;
+    bodies[h.bodyA].turnAngular = s.angularA;
+  }
+  if (pushed && h.bodyB != NO_INDEX) {
+    bodies[h.bodyB].pushLinear = s.linearB;
+    bodies[h.bodyB].turnAngular = s.angularB;
+  }
+}
+
+static void solveSlot(uint slot, uint passes, uint flags, __global const SlotHeader* slots,
+                      __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                      __global float* tangent2, __global float* torsion) {
+  const SlotHeader h = slots[slot];
+  if (h.manifold == NO_INDEX) return;
+  SlotRows r;
+  r.points = rows + slotBase(slot, SLOT_FIELDS);
+  r.tangent2 = flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
+  r.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
+  SlotBodies s = loadBodies(h, bodies, masses);
+  for (uint k = 0; k < h.pointCount; ++k) {
+    if (passes & PASS_WARM_START) warmStart(r, k, &s);
+    if (passes & PASS_NORMAL) solveNormal(r, k, &s);
+    if (passes & PASS_FRICTION) solveFriction(r, k, &s);
+    if (passes & PASS_TORSION) solveTorsionRows(r, k, &s);
+  }
+  storeBodies(h, &s, bodies);
+  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(h, r, bodies, &s);
+}
+
+// Solves the slots of one parallel colour.
+KERNEL solveColour(uint colour, uint passes, __global const StepCounters* counters, __global const StepParams* params,
+                   __global const uint* slotFirst, __global const SlotHeader* slots,
+                   __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                   __global float* tangent2, __global float* torsion) {
+  RETURN_ON_OVERFLOW(counters);
+  const uint first = slotFirst[colour];
+  FOR_EACH(i, slotFirst[colour + 1] - first) {
+    solveSlot(first + i, passes, params->flags, slots, masses, bodies, rows, tangent2, torsion);
+  }
+}
+
+// Solves the serial batch, one slot after the other. Single work item.
+SINGLE_KERNEL solveSerial(uint passes, __global const StepCounters* counters, __global const StepParams* params,
+                          __global const uint* slotFirst, __global const SlotHeader* slots,
+                          __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                          __global float* tangent2, __global float* torsion) {
+  RETURN_ON_OVERFLOW(counters);
+  for (uint i = slotFirst[COLOUR_SERIAL]; i < slotFirst[COLOUR_SERIAL + 1]; ++i) {
+    solveSlot(i, passes, params->flags, slots, masses, bodies, rows, tangent2, torsion);
+  }
+}
+
+// Accumulated impulses back into the manifolds. Without warm starting Bullet leaves them as they were.
+KERNEL storeImpulses(uint slotCapacity, __global const StepCounters* counters, __global const StepParams* params,
+                     __global const SlotHeader* slots, __global const float* rows, __global const float* tangent2,
+                     __global Manifold* manifolds) {
+  RETURN_ON_OVERFLOW(counters);
+  if (!(params->flags & STEP_WARM_START)) return;
+  FOR_EACH(i, itemCount(slotCapacity, &counters->slotCount)) {
+    const SlotHeader h = slots[i];
+    if (h.manifold == NO_INDEX) continue;
+    for (uint k = 0; k < h.pointCount; ++k) {
+      __global const float* p = rows + slotBase(i, SLOT_FIELDS) + k * POINT_FIELDS * BTGPU_LANES;
+      if (loadField(p, ROW_NORMAL_JAC) == 0.0f) continue;
+      __global ContactPoint* point = &manifolds[h.manifold].points[k];
+      point->localPointB.w = loadField(p, ROW_NORMAL_IMPULSE);
+      point->normalWorldOnB.w = loadField(p, ROW_TANGENT1_IMPULSE);
+      if (params->flags & STEP_TWO_FRICTION) {
+        point->lateralFrictionDir1.w = loadField(
+            tangent2 + slotBase(i, SLOT_TANGENT2_FIELDS) + k * TANGENT2_FIELDS * BTGPU_LANES, ROW_TANGENT2_IMPULSE);
+      }
+    }
+  }
+}

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "contacts.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "convert.h"
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+std::pair<std::uint32_t, std::uint32_t> pairOrder(const Manifold& m) {
+  return {std::min(m.bodyA, m.bodyB), std::max(m.bodyA, m.bodyB)};
+}
+
+}  // namespace
+
+ContactPoint readContactPoint(const btManifoldPoint& p) {
+  const auto f = [](btScalar v) { return static_cast<float>(v); };
+  ContactPoint c{};
+  c.localPointA = toFloat4(p.m_localPointA, f(p.m_distance1));
+  c.localPointB = toFloat4(p.m_localPointB, f(p.m_appliedImpulse));
+  c.normalWorldOnB = toFloat4(p.m_normalWorldOnB, f(p.m_appliedImpulseLateral1));
+  c.lateralFrictionDir1 = toFloat4(p.m_lateralFrictionDir1, f(p.m_appliedImpulseLateral2));
+  c.lateralFrictionDir2 = toFloat4(p.m_lateralFrictionDir2);
+  c.combined = {f(p.m_combinedFriction), f(p.m_combinedRestitution), f(p.m_combinedRollingFriction),
+                f(p.m_combinedSpinningFriction)};
+  c.combinedStiffness = f(p.m_combinedContactStiffness1);
+  c.combinedDamping = f(p.m_combinedContactDamping1);
+  c.lifeTime = p.m_lifeTime;
+  c.flags = p.m_contactPointFlags;
+  return c;
+}
+
+void writeContactPoint(const ContactPoint& c, const btTransform& a, const btTransform& b, btManifoldPoint& p) {
+  void* userData = p.m_userPersistentData;
+  p = btManifoldPoint(toBullet(c.localPointA), toBullet(c.localPointB), toBullet(c.normalWorldOnB),
+                      btScalar(c.localPointA.w));
+  p.m_userPersistentData = userData;
+  p.m_positionWorldOnA = a * p.m_localPointA;
+  p.m_positionWorldOnB = b * p.m_localPointB;
+  p.m_appliedImpulse = btScalar(c.localPointB.w);
+  p.m_appliedImpulseLateral1 = btScalar(c.normalWorldOnB.w);
+  p.m_appliedImpulseLateral2 = btScalar(c.lateralFrictionDir1.w);
+  p.m_lateralFrictionDir1 = toBullet(c.lateralFrictionDir1);
+  p.m_lateralFrictionDir2 = toBullet(c.lateralFrictionDir2);
+  p.m_combinedFriction = btScalar(c.combined.x);
+  p.m_combinedRestitution = btScalar(c.combined.y);
+  p.m_combinedRollingFriction = btScalar(c.combined.z);
+  p.m_combinedSpinningFriction = btScalar(c.combined.w);
+  p.m_combinedContactStiffness1 = btScalar(c.combinedStiffness);
+  p.m_combinedContactDamping1 = btScalar(c.combinedDamping);
+  p.m_lifeTime = c.lifeTime;
+  p.m_contactPointFlags = c.flags;
+}
+
+std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader) {
+  std::vector<Manifold> manifolds;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& from = *dispatcher.getManifoldByIndexInternal(i);
+    Manifold m{};
+    m.bodyA = reader.findSlot(from.getBody0());
+    m.bodyB = reader.findSlot(from.getBody1());
+    if (m.bodyA == kNoSlot || m.bodyB == kNoSlot || from.getNumContacts() > MANIFOLD_POINTS) continue;
+    m.pointCount = from.getNumContacts();
+    m.breakingThreshold = static_cast<float>(from.getContactBreakingThreshold());
+    m.processingThreshold = static_cast<float>(from.getContactProcessingThreshold());
+    for (int k = 0; k < m.pointCount; ++k) m.points[k] = readContactPoint(from.getContactPoint(k));
+    manifolds.push_back(m);
+  }
+  // One manifold a pair: of several (which supported shapes never have) the first one counts.
+  std::stable_sort(manifolds.begin(), manifolds.end(),
+                   [](const Manifold& a, const Manifold& b) { return pairOrder(a) < pairOrder(b); });
+  manifolds.erase(std::unique(manifolds.begin(), manifolds.end(),
+                              [](const Manifold& a, const Manifold& b) { return pairOrder(a) == pairOrder(b); }),
+                  manifolds.end());
+  return manifolds;
+}
+
+void writeManifold(const Manifold& from, btPersistentManifold& manifold) {
+  while (manifold.getNumContacts() > from.pointCount) manifold.removeContactPoint(manifold.getNumContacts() - 1);
+  const btTransform& a = manifold.getBody0()->getWorldTransform();
+  const btTransform& b = manifold.getBody1()->getWorldTransform();
+  while (manifold.getNumContacts() < from.pointCount) manifold.addManifoldPoint(btManifoldPoint(), true);
+  for (int k = 0; k < from.pointCount; ++k) writeContactPoint(from.points[k], a, b, manifold.getContactPoint(k));
+  manifold.setContactBreakingThreshold(btScalar(from.breakingThreshold));
+  manifold.setContactProcessingThreshold(btScalar(from.processingThreshold));
+}
+
+btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject& a, btCollisionObject& b) {
+  btBroadphasePair* pair = world.getPairCache()->findPair(a.getBroadphaseHandle(), b.getBroadphaseHandle());
+  if (!pair) return nullptr;
+  auto* first = static_cast<btCollisionObject*>(pair->m_pProxy0->m_clientObject);
+  auto* second = static_cast<btCollisionObject*>(pair->m_pProxy1->m_clientObject);
+  btDispatcher& dispatcher = *world.getDispatcher();
+  const btCollisionObjectWrapper w0(nullptr, first->getCollisionShape(), first, first->getWorldTransform(), -1, -1);
+  const btCollisionObjectWrapper w1(nullptr, second->getCollisionShape(), second, second->getWorldTransform(), -1, -1);
+  if (!pair->m_algorithm) pair->m_algorithm = dispatcher.findAlgorithm(&w0, &w1, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  if (!pair->m_algorithm) return nullptr;
+  btManifoldArray manifolds;
+  pair->m_algorithm->getAllContactManifolds(manifolds);
+  if (manifolds.size() == 0) {
+    // Some algorithms make their manifold only when they first run.
+    btManifoldResult result(&w0, &w1);
+    pair->m_algorithm->processCollision(&w0, &w1, world.getDispatchInfo(), &result);
+    pair->m_algorithm->getAllContactManifolds(manifolds);
+  }
+  return manifolds.size() > 0 ? manifolds[0] : nullptr;
+}
+
+void writeManifolds(const std::vector<Manifold>& manifolds, const WorldReader& reader, btCollisionWorld& world) {
+  // A slot may hold another body by now than the manifold was made for.
+  const auto& born = reader.input().born;
+  const auto objectOf = [&](std::uint32_t slot) -> btCollisionObject* {
+    if (slot >= reader.slots().size() || std::binary_search(born.begin(), born.end(), slot)) return nullptr;
+    return reader.slots()[slot].object;
+  };
+  for (const Manifold& m : manifolds) {
+    if (m.pointCount == 0) continue;
+    btCollisionObject* a = objectOf(m.bodyA);
+    btCollisionObject* b = objectOf(m.bodyB);
+    if (!a || !b) continue;
+    btPersistentManifold* manifold = manifoldOfPair(world, *a, *b);
+    if (manifold && manifold->getBody0() == a) writeManifold(m, *manifold);
+  }
+}
+
+BTGPU_TRANSLATION_END

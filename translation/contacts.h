@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Contact manifolds between the device and Bullet's dispatcher: read when a world comes from the stock path, written
+// when it goes there, so that no accumulated impulse is lost on the way.
+#pragma once
+
+#include "read_world.h"
+
+BTGPU_TRANSLATION_BEGIN
+
+// One contact point each way. Combined material values are copied, user data is left alone.
+ContactPoint readContactPoint(const btManifoldPoint& point);
+void writeContactPoint(const ContactPoint& from, const btTransform& a, const btTransform& b, btManifoldPoint& point);
+
+// The dispatcher's manifolds between objects that the reader knows, in the order and form that WorldInput wants.
+std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader);
+
+// Makes `manifold` hold exactly these points; user data of points that stay at the same index is kept.
+void writeManifold(const Manifold& from, btPersistentManifold& manifold);
+
+// Puts the device's manifolds into the dispatcher, each into the algorithm of its pair, which is created if need be.
+// The host's broadphase must be current: pairs that it does not have are left out.
+void writeManifolds(const std::vector<Manifold>& manifolds, const WorldReader& reader, btCollisionWorld& world);
+
+// The manifold of a pair of objects, created with its algorithm if there is none; null if they don't collide.
+btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject& a, btCollisionObject& b);
+
+BTGPU_TRANSLATION_END

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace btgpu {
+
+// Something that the device did not do, by name.
+struct FallbackEntry {
+  std::string what;         // "cylinder shape", "constraint solver"
+  std::string reason;       // why, in words
+  std::uint64_t count = 0;  // steps in which it sent the world to the stock path (or bodies, for a quarantine)
+};
+
+class FallbackList {
+ public:
+  void add(const std::string& what, const std::string& reason, std::uint64_t count = 1) {
+    for (auto& entry : m_entries) {
+      if (entry.what == what && entry.reason == reason) {
+        entry.count += count;
+        return;
+      }
+    }
+    m_entries.push_back({what, reason, count});
+  }
+  // Counts each entry of one step's list once.
+  void addStep(const FallbackList& step) {
+    for (const auto& entry : step.m_entries) add(entry.what, entry.reason);
+  }
+  const std::vector<FallbackEntry>& entries() const { return m_entries; }
+  bool empty() const { return m_entries.empty(); }
+  void clear() { m_entries.clear(); }
+
+ private:
+  std::vector<FallbackEntry> m_entries;
+};
+
+}  // namespace btgpu

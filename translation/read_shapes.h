@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "../gpu_engine/world_input.h"
+#include "bullet.h"
+#include "fallback_list.h"
+
+BTGPU_TRANSLATION_BEGIN
+
+// The shapes in use, each once, read anew every step, since applications change them after they were added.
+class ShapeReader {
+ public:
+  // Starts a step. `threshold` is gContactBreakingThreshold; `relative` the dispatcher's flag for thresholds in
+  // proportion to the shape.
+  void begin(btScalar threshold, bool relative);
+  // Index of the shape, read into `shapes` if this is its first use in the step; -1 and a line in `missing` if the
+  // device lacks it.
+  int read(const btCollisionShape* shape, Tracked<Shape>& shapes, FallbackList& missing);
+  // Ends a step: indices of shapes that went out of use are given to new ones, now and then.
+  void end();
+  void clear();
+
+ private:
+  struct Entry {
+    std::uint32_t index;
+    std::uint32_t stamp;  // step in which it was read last
+    bool supported;
+  };
+  std::unordered_map<const btCollisionShape*, Entry> m_entries;
+  const btCollisionShape* m_lastShape = nullptr;  // neighbours in the world often share a shape
+  Entry m_lastEntry{};
+  std::uint32_t m_stamp = 0;
+  std::size_t m_used = 0;              // shapes read in this step
+  std::vector<std::uint32_t> m_free;   // indices of shapes that went out of use
+  btScalar m_threshold = btScalar(0.02);
+  bool m_relative = true;
+};
+
+BTGPU_TRANSLATION_END

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "read_world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "convert.h"
+#include "read_bodies.h"
+#include "support_check.h"
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+template <typename T>
+bool sameBits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+template <typename T>
+void update(Tracked<T>& tracked, std::uint32_t i, const T& value) {
+  if (sameBits(tracked.values[i], value)) return;
+  tracked.values[i] = value;
+  tracked.changed.push_back(i);
+}
+
+// Only the rotation and the position count, not the padding of Bullet's vectors.
+bool sameTransform(const btTransform& a, const btTransform& b) {
+  for (int row = 0; row < 3; ++row) {
+    if (std::memcmp(&a.getBasis()[row], &b.getBasis()[row], 3 * sizeof(btScalar)) != 0) return false;
+  }
+  return std::memcmp(&a.getOrigin(), &b.getOrigin(), 3 * sizeof(btScalar)) == 0;
+}
+
+BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
+
+}  // namespace
+
+void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes) {
+  ++m_step;
+  const auto* dispatcher = static_cast<const btCollisionDispatcher*>(world.getDispatcher());
+  m_shapes.begin(gContactBreakingThreshold,
+                 (dispatcher->getDispatcherFlags() & btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
+  findObjects(world.getCollisionObjectArray());
+
+  const btAlignedObjectArray<btRigidBody*>& nonStatic = world.getNonStaticRigidBodies();
+  for (int i = 0; i < nonStatic.size(); ++i) {
+    const int position = nonStatic[i]->getWorldArrayIndex();
+    if (position < 0 || position >= static_cast<int>(m_order.size())) continue;
+    BodySlot& slot = m_slots[m_order[static_cast<std::size_t>(position)]];
+    if (slot.object == nonStatic[i]) slot.integrated = m_step;
+  }
+  chooseRegion();
+  for (const std::uint32_t slot : m_order) readObject(world, slot, missing, notes);
+  m_shapes.end();
+  sortChanges();
+}
+
+// Gives every object of the world its slot: objects that stayed keep theirs, slots of those that left become free,
+// then new ones get the lowest free slots in the order of the world's array.
+void WorldReader::findObjects(const btCollisionObjectArray& objects) {
+  const int count = objects.size();
+  m_order.resize(static_cast<std::size_t>(count), kNoSlot);
+  m_newObjects.clear();
+  for (int i = 0; i < count; ++i) {
+    const auto position = static_cast<std::size_t>(i);
+    btCollisionObject* object = objects[i];
+    std::uint32_t slot = m_order[position];
+    if (slot == kNoSlot || slot >= m_slots.size() || m_slots[slot].object != object) slot = m_index.find(object);
+    m_order[position] = slot;
+    if (slot == kNoSlot) {
+      m_newObjects.push_back(static_cast<std::uint32_t>(i));
+    } else {
+      m_slots[slot].seen = m_step;
+    }
+  }
+  removeUnseen();
+  for (const std::uint32_t i : m_newObjects) {
+    const std::uint32_t slot = m_index.insert(objects[static_cast<int>(i)]);
+    growTo(m_index.slotCount());
+    m_slots[slot] = BodySlot{};
+    m_slots[slot].object = objects[static_cast<int>(i)];
+    m_slots[slot].seen = m_step;
+    m_order[i] = slot;
+    m_input.born.push_back(slot);
+  }
+}
+
+void WorldReader::removeUnseen() {
+  for (std::uint32_t slot = 0; slot < m_slots.size(); ++slot) {
+    if (!m_slots[slot].object || m_slots[slot].seen == m_step) continue;
+    m_index.erase(slot);
+    m_slots[slot] = BodySlot{};
+    update(m_input.infos, slot, BodyInfo{});
+  }
+}
+
+void WorldReader::growTo(std::uint32_t slotCount) {
+  if (slotCount <= m_input.bodyCount) return;
+  m_slots.resize(slotCount);
+  m_input.bodyCount = slotCount;
+  m_input.infos.values.resize(slotCount);
+  m_input.poses.values.resize(slotCount, identityPose());
+  m_input.velocities.values.resize(slotCount);
+  m_input.forces.values.resize(slotCount);
+  m_input.masses.values.resize(slotCount);
+  m_input.materials.values.resize(slotCount);
+  m_input.dampings.values.resize(slotCount);
+  m_input.activations.values.resize(slotCount);
+}
+
+// In a double world the device's floats count from an origin near the bodies. Chosen when the first bodies come, on
+// a coarse grid; a float world needs none.
+void WorldReader::chooseRegion() {
+  if (sizeof(btScalar) == sizeof(float) || m_regionChosen || m_order.empty()) return;
+  constexpr double kGrid = 1024;
+  double sum[3] = {0, 0, 0};
+  int count = 0;
+  for (const std::uint32_t slot : m_order) {
+    const btVector3& p = m_slots[slot].object->getWorldTransform().getOrigin();
+    if (!isIntegrated(slot) || !std::isfinite(double(p.x() + p.y() + p.z()))) continue;
+    for (int k = 0; k < 3; ++k) sum[k] += double(p[k]);
+    ++count;
+  }
+  if (count == 0) return;
+  m_regionChosen = true;
+  for (int k = 0; k < 3; ++k) m_input.regionOrigin[k] = std::round(sum[k] / count / kGrid) * kGrid;
+  // Whoever came before knew another origin.
+  for (const std::uint32_t slot : m_order) m_slots[slot].poseKnown = false;
+}
+
+void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, FallbackList& missing,
+                             FallbackList& notes) {
+  BodySlot& slot = m_slots[i];
+  btCollisionObject& object = *slot.object;
+  const btRigidBody* rigid = btRigidBody::upcast(&object);
+  if (!checkObject(world, object, rigid, missing)) return;
+  const int shapeIndex = m_shapes.read(object.getCollisionShape(), m_input.shapes, missing);
+  if (shapeIndex < 0) return;
+  const bool isPlane = m_input.shapes.values[static_cast<std::size_t>(shapeIndex)].type == SHAPE_PLANE;
+  if (isPlane && !object.isStaticOrKinematicObject()) {
+    missing.add("plane on a body that moves", "Bullet's planes are static");
+    return;
+  }
+
+  BodyRecord record = readBody(object, shapeIndex, isIntegrated(i));
+  const bool moved = !slot.poseKnown || !sameTransform(slot.lastTransform, object.getWorldTransform());
+  const BodyPose pose = moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
+  const BodyInfo& known = m_input.infos.values[i];
+  // The proxy's id changes when an object leaves and comes back between two steps: to Bullet that is a new body.
+  if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) m_input.born.push_back(i);
+
+  const bool wasQuarantined = slot.quarantined;
+  slot.quarantined = !isFiniteBody(record, pose);
+  if (slot.quarantined) {
+    if (!wasQuarantined) notes.add("body", "NaN or infinite state: left out until it is finite again");
+    record.info.flags |= BODY_QUARANTINED;
+    update(m_input.infos, i, record.info);
+    return;
+  }
+  // Quarantine by the device ends when the application gives the body a new state.
+  if (slot.deviceQuarantined && (moved || !sameBits(record.velocity, m_input.velocities.values[i]))) {
+    slot.deviceQuarantined = false;
+  }
+  if (slot.deviceQuarantined) record.info.flags |= BODY_QUARANTINED;
+
+  update(m_input.infos, i, record.info);
+  update(m_input.velocities, i, record.velocity);
+  update(m_input.forces, i, record.forces);
+  update(m_input.masses, i, record.mass);
+  update(m_input.materials, i, record.material);
+  update(m_input.dampings, i, record.damping);
+  update(m_input.activations, i, record.activation);
+  if (moved) {
+    slot.lastTransform = object.getWorldTransform();
+    slot.poseKnown = true;
+    update(m_input.poses, i, pose);
+  }
+}
+
+void WorldReader::sortChanges() {
+  WorldInput& in = m_input;
+  for (auto* list : {&in.infos.changed, &in.poses.changed, &in.velocities.changed, &in.forces.changed,
+                     &in.masses.changed, &in.materials.changed, &in.dampings.changed, &in.activations.changed,
+                     &in.shapes.changed, &in.born}) {
+    std::sort(list->begin(), list->end());
+    list->erase(std::unique(list->begin(), list->end()), list->end());
+  }
+}
+
+void WorldReader::acceptResults(const StepResults& results) {
+  m_input.poses.values = results.poses;
+  m_input.velocities.values = results.velocities;
+  m_input.activations.values = results.activations;
+  for (const std::uint32_t i : results.quarantined) {
+    m_input.infos.values[i].flags |= BODY_QUARANTINED;
+    m_slots[i].deviceQuarantined = !m_slots[i].quarantined;
+  }
+  m_input.clearChanges();
+}
+
+void WorldReader::clear() { *this = WorldReader(); }
+
+BTGPU_TRANSLATION_END

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "support_check.h"
+
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+
+#include <cmath>
+#include <cstring>
+#include <typeinfo>
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+using AlgorithmTable =
+    btCollisionAlgorithmCreateFunc* (btCollisionDispatcher::*)[MAX_BROADPHASE_COLLISION_TYPES][MAX_BROADPHASE_COLLISION_TYPES];
+
+// The dispatcher's table of algorithms is protected; a derived class may name it.
+struct DispatcherTable : btCollisionDispatcher {
+  static AlgorithmTable member() { return &DispatcherTable::m_doubleDispatchContactPoints; }
+};
+
+constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, STATIC_PLANE_PROXYTYPE};
+
+bool hasStockConfiguration(btCollisionConfiguration& configuration) {
+  const std::type_info& type = typeid(configuration);
+  return type == typeid(btDefaultCollisionConfiguration) ||
+         std::strcmp(type.name(), "37btSoftBodyRigidBodyCollisionConfiguration") == 0;
+}
+
+// Algorithms that the application registered for the shapes that the device collides.
+bool hasStockAlgorithms(btCollisionDispatcher& dispatcher) {
+  btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
+  if (!hasStockConfiguration(configuration)) return false;
+  const auto& table = dispatcher.*DispatcherTable::member();
+  for (const int a : kShapeTypes) {
+    for (const int b : kShapeTypes) {
+      if (table[a][b] != configuration.getCollisionAlgorithmCreateFunc(a, b)) return false;
+    }
+  }
+  return true;
+}
+
+void checkDispatcher(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+  btDispatcher& dispatcher = *world.getDispatcher();
+  if (typeid(dispatcher) != typeid(btCollisionDispatcher)) {
+    missing.add("dispatcher", "not Bullet's own btCollisionDispatcher");
+    return;
+  }
+  auto& stock = static_cast<btCollisionDispatcher&>(dispatcher);
+  if (stock.getNearCallback() != btCollisionDispatcher::defaultNearCallback) {
+    missing.add("near callback", "set by the application");
+  }
+  if (!hasStockAlgorithms(stock)) missing.add("collision algorithm", "registered by the application");
+}
+
+void checkCallbacks(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+  if (world.getPairCache()->getOverlapFilterCallback()) {
+    missing.add("overlap filter callback", "called on the stock path only");
+  }
+  if (gContactProcessedCallback) missing.add("gContactProcessedCallback", "called on the stock path only");
+  if (gContactStartedCallback) missing.add("gContactStartedCallback", "called on the stock path only");
+  if (gContactEndedCallback) missing.add("gContactEndedCallback", "called on the stock path only");
+  if (gCalculateCombinedFrictionCallback != &btManifoldResult::calculateCombinedFriction ||
+      gCalculateCombinedRestitutionCallback != &btManifoldResult::calculateCombinedRestitution ||
+      gCalculateCombinedRollingFrictionCallback != &btManifoldResult::calculateCombinedRollingFriction ||
+      gCalculateCombinedSpinningFrictionCallback != &btManifoldResult::calculateCombinedSpinningFriction ||
+      gCalculateCombinedContactDampingCallback != &btManifoldResult::calculateCombinedContactDamping ||
+      gCalculateCombinedContactStiffnessCallback != &btManifoldResult::calculateCombinedContactStiffness) {
+    missing.add("material combine callback", "set by the application");
+  }
+}
+
+void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+  btConstraintSolver& solver = *world.getConstraintSolver();
+  if (typeid(solver) != typeid(btSequentialImpulseConstraintSolver)) {
+    missing.add("constraint solver", "not Bullet's own btSequentialImpulseConstraintSolver");
+  }
+  const btContactSolverInfo& info = world.getSolverInfo();
+  if (info.m_solverMode & SOLVER_RANDMIZE_ORDER) missing.add("SOLVER_RANDMIZE_ORDER", "not on the device");
+  if (info.m_leastSquaresResidualThreshold != btScalar(0)) {
+    missing.add("m_leastSquaresResidualThreshold", "iterations can't end early on the device");
+  }
+  btSimulationIslandManager& islands = *world.getSimulationIslandManager();
+  if (typeid(islands) != typeid(btSimulationIslandManager)) missing.add("island manager", "not Bullet's own");
+  if (!islands.getSplitIslands()) missing.add("setSplitIslands(false)", "not on the device");
+  if (world.getNumConstraints() > 0) missing.add("joints", "not on the device yet");
+}
+
+}  // namespace
+
+void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList& missing) {
+  if (!(timeStep > btScalar(0)) || !std::isfinite(double(timeStep))) missing.add("time step", "not a positive number");
+  if (world.getDispatchInfo().m_dispatchFunc != btDispatcherInfo::DISPATCH_DISCRETE) {
+    missing.add("continuous dispatch", "not on the device");
+  }
+  checkDispatcher(world, missing);
+  checkCallbacks(world, missing);
+  checkSolver(world, missing);
+}
+
+bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
+                 FallbackList& missing) {
+  const int type = object.getInternalType();
+  const int known = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_GHOST_OBJECT;
+  const char* what = nullptr;
+  const char* reason = "not on the device yet";
+  if (type & btCollisionObject::CO_SOFT_BODY) {
+    what = "soft body";
+  } else if (type & btCollisionObject::CO_FEATHERSTONE_LINK) {
+    what = "multibody link";
+  } else if (type & ~known) {
+    what = "collision object of the application's own type";
+  } else if (!object.getCollisionShape() || !object.getBroadphaseHandle()) {
+    what = "collision object without shape or broadphase proxy";
+    reason = "the stock path decides what to do with it";
+  } else if (object.getCollisionFlags() & btCollisionObject::CF_HAS_FRICTION_ANCHOR) {
+    what = "friction anchor";
+  } else if (gContactAddedCallback && (object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK)) {
+    what = "gContactAddedCallback";
+    reason = "called on the stock path only";
+  } else if (object.getNumObjectsWithoutCollision() > 0) {
+    what = "setIgnoreCollisionCheck";
+  } else if (rigid && !rigid->isStaticOrKinematicObject() && rigid->isActive() && world.getDispatchInfo().m_useContinuous &&
+             rigid->getCcdSquareMotionThreshold() > btScalar(0)) {
+    what = "continuous collision detection (CCD) of a body";
+  }
+  if (what) missing.add(what, reason);
+  return what == nullptr;
+}
+
+BTGPU_TRANSLATION_END

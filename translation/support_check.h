@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include "bullet.h"
+#include "fallback_list.h"
+
+BTGPU_TRANSLATION_BEGIN
+
+// Adds to `missing` everything about the world itself that the device can't do yet: foreign solvers, dispatchers and
+// callbacks, joints, solver modes. Objects are checked while they are read (read_world.h).
+void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList& missing);
+
+// The same for one object of the world; `rigid` is null for what is not a btRigidBody. True if it is supported.
+bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
+                 FallbackList& missing);
+
+BTGPU_TRANSLATION_END

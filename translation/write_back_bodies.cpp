@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "write_back_bodies.h"
+
+#include <cstring>
+
+#include "convert.h"
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+bool isActiveState(int state) {
+  return state != ISLAND_SLEEPING && state != DISABLE_SIMULATION && state != FIXED_BASE_MULTI_BODY;
+}
+
+bool sameVelocity(const BodyVelocity& a, const BodyVelocity& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool samePose(const BodyPose& a, const BodyPose& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+void writeVelocity(btRigidBody& body, const BodyVelocity& velocity) {
+  body.setLinearVelocity(toBullet(velocity.linear));
+  body.setAngularVelocity(toBullet(velocity.angular));
+}
+
+// A dynamic body that did not move in this step: stock still predicts it (predictUnconstraintMotion).
+void predictResting(btRigidBody& body, btScalar timeStep) {
+  body.applyDamping(timeStep);
+  body.predictIntegratedTransform(timeStep, body.getInterpolationWorldTransform());
+}
+
+}  // namespace
+
+void writeBackBodies(WorldReader& reader, const StepResults& results, btScalar timeStep) {
+  const WorldInput& before = reader.input();
+  for (std::uint32_t i = 0; i < before.bodyCount; ++i) {
+    BodySlot& slot = reader.slots()[i];
+    if (!slot.object || slot.quarantined) continue;
+    btCollisionObject& object = *slot.object;
+    object.setHitFraction(btScalar(1));
+    const BodyActivation& activation = results.activations[i];
+    if (activation.state != object.getActivationState()) object.forceActivationState(activation.state);
+    object.setDeactivationTime(btScalar(activation.deactivationTime));
+
+    btRigidBody* body = btRigidBody::upcast(&object);
+    if (!body) continue;
+    const bool dynamic = reader.isIntegrated(i) && !body->isStaticOrKinematicObject();
+    const bool moved = !samePose(results.poses[i], before.poses.values[i]);
+    const bool velocityChanged = !sameVelocity(results.velocities[i], before.velocities.values[i]);
+    if (dynamic && isActiveState(activation.state)) {
+      writeVelocity(*body, results.velocities[i]);
+      body->proceedToTransform(moved ? toTransform(results.poses[i], before.regionOrigin) : body->getWorldTransform());
+    } else {
+      if (dynamic) predictResting(*body, timeStep);
+      if (dynamic || velocityChanged) writeVelocity(*body, results.velocities[i]);
+      if (moved) body->setWorldTransform(toTransform(results.poses[i], before.regionOrigin));
+    }
+    if (moved) {
+      slot.lastTransform = body->getWorldTransform();
+      slot.poseKnown = true;
+    }
+  }
+}
+
+BTGPU_TRANSLATION_END
