@@ -19,6 +19,8 @@ namespace {
 // A fixed number of chunks on a CPU: it does not depend on the cores, so neither does any result.
 constexpr size_t kCpuGroups = 32;
 constexpr size_t kGpuGroupSize = 128;
+constexpr size_t kCpuGrain = 256;    // fewer items than this are not worth a second work item
+constexpr size_t kChunkGrain = 512;  // ... and fewer than this a second chunk
 constexpr size_t kGpuGroupsPerUnit = 4;
 constexpr size_t kMinGpuGroups = 64;
 
@@ -163,6 +165,12 @@ ComputeDevice::ComputeDevice(cl::Device device, DeviceDescription description, K
 
 ComputeDevice::~ComputeDevice() = default;
 
+// Tests set BTGPU_GRAIN low, so that small scenes are spread over several work items too.
+size_t ComputeDevice::grain(size_t normal) {
+  static const std::string wanted = environment("BTGPU_GRAIN");
+  return isIndex(wanted) ? std::max<size_t>(1, std::stoul(wanted)) : normal;
+}
+
 size_t ComputeDevice::groupSize() const { return m_shape == KernelShape::Cpu ? 1 : kGpuGroupSize; }
 
 size_t ComputeDevice::maxGroups() const {
@@ -171,14 +179,13 @@ size_t ComputeDevice::maxGroups() const {
 }
 
 Grid ComputeDevice::grid(size_t items) const {
-  if (m_shape == KernelShape::Cpu) return {items < 256 ? 1 : kCpuGroups, 1};
+  if (m_shape == KernelShape::Cpu) return {std::clamp<size_t>(items / grain(kCpuGrain), 1, kCpuGroups), 1};
   const size_t groups = std::clamp<size_t>((items + kGpuGroupSize - 1) / kGpuGroupSize, 1, 4 * maxGroups());
   return {groups * kGpuGroupSize, kGpuGroupSize};
 }
 
 Grid ComputeDevice::chunkGrid(size_t items) const {
-  constexpr size_t kChunk = 512;  // fewer items are not worth a group of their own
-  const size_t groups = std::clamp<size_t>((items + kChunk - 1) / kChunk, 1, maxGroups());
+  const size_t groups = std::clamp<size_t>(items / grain(kChunkGrain), 1, maxGroups());
   return {groups * groupSize(), groupSize()};
 }
 

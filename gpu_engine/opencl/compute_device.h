@@ -57,6 +57,8 @@ class ComputeDevice {
   size_t groupSize() const;
 
  private:
+  static size_t grain(size_t normal);
+
   cl::Device m_device;
   cl::Context m_context;
   DeviceDescription m_description;

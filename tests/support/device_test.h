@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Fixture for tests that run kernels. CTest runs each such test in both kernel shapes (BTGPU_KERNEL_SHAPE), and the
+// cases whose name ends in "Small" under Oclgrind as well.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "gpu_engine/opencl/error.h"
+#include "gpu_engine/opencl/queue.h"
+
+namespace btgpu {
+
+class DeviceTest : public ::testing::Test {
+ protected:
+  // No device is a failure, not a skip: a test that did not run must not count as passed.
+  DeviceTest() : m_device(ComputeDevice::open("")), m_queue(m_device, false) {}
+
+  ComputeDevice& device() { return *m_device; }
+  Queue& queue() { return m_queue; }
+
+  std::shared_ptr<ComputeDevice> m_device;
+  Queue m_queue;
+};
+
+}  // namespace btgpu
