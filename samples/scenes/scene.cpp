@@ -131,8 +131,8 @@ void buildMixed(Objects& o, Size n) {
         btRigidBody* body = o.add(1, shape, btTransform(rotation, at));
         body->setFriction(s(0.6));
         // Without it spheres roll for ever on a plane, in stock too.
-        body->setRollingFriction(s(0.02));
-        body->setSpinningFriction(s(0.02));
+        body->setRollingFriction(s(0.1));
+        body->setSpinningFriction(s(0.1));
       }
     }
   }
@@ -200,9 +200,11 @@ const std::vector<Scene>& all() {
       {"stack", "layers of boxes, every second one shifted (the paper's demo)", {8, 8, 8}, 300, kStep, {8, 0, Rest::Yes}, buildStack},
       {"pyramid", "pyramids of X boxes at the base, Z of them", {12, 1, 2}, 300, kStep, {10, 0, Rest::Yes}, buildPyramid},
       {"wall", "Z walls of X by Y bricks", {12, 8, 2}, 300, kStep, {10, 0, Rest::Yes}, buildWall},
-      {"mixed", "boxes and spheres of many sizes rained on a plane", {6, 6, 6}, 400, kStep, {20, 0, Rest::Yes}, buildMixed},
+      // Stock finds one corner of a box on a plane a step, btgpu all of them: boxes that land tumble less, and a pile
+      // rained on a plane stands 3.8 +- 1.7 % higher (the same rain on a box: 1.0 +- 1.3 %).
+      {"mixed", "boxes and spheres of many sizes rained on a plane", {8, 8, 8}, 600, kStep, {20, 0, Rest::Yes, 0.05}, buildMixed},
       {"bounce", "balls and boxes with restitution from 0 to 0.9 dropped on a plane", {10, 1, 6}, 300, kStep, {40, 0, Rest::No}, buildBounce},
-      {"slope", "slabs of friction up to 1 on a slope of 1 in 2", {6, 1, 10}, 300, kStep, {60, -1e30, Rest::No}, buildSlope},
+      {"slope", "slabs of friction up to 1 on a slope of 1 in 2", {6, 1, 10}, 300, kStep, {40, -1e30, Rest::No}, buildSlope},
       {"spin", "boxes with three different edges spinning freely, one row for each gyroscopic flag", {6, 1, 8}, 600, kStep, {600, -1e30, Rest::No}, buildSpin},
       {"domino", "Z rows of X dominoes, the first of each pushed", {30, 1, 3}, 600, kStep, {30, 0, Rest::Yes}, buildDomino},
   };

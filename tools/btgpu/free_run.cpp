@@ -3,6 +3,7 @@
 #include "free_run.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace btgpu::tool {
@@ -25,14 +26,59 @@ double bodyEnergy(const btRigidBody& body) {
 
 bool isFinite(const btVector3& v) { return std::isfinite(double(v.x() + v.y() + v.z())); }
 
-double percentile99(std::vector<float> depths) {
-  if (depths.empty()) return 0;
-  const auto at = depths.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(depths.size() - 1));
-  std::nth_element(depths.begin(), at, depths.end());
-  return *at;
+// Moves each body by about a millionth of its size, in no particular direction.
+void perturb(btDiscreteDynamicsWorld& world, int seed) {
+  for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+    btCollisionObject* o = world.getCollisionObjectArray()[i];
+    if (!movingBody(world, i)) continue;
+    const btScalar size = o->getCollisionShape()->getAngularMotionDisc() * btScalar(1e-6);
+    const btVector3 direction(btScalar((i * 7 + seed * 13) % 11 - 5), 0, btScalar((i * 3 + seed * 5) % 7 - 3));
+    o->getWorldTransform().getOrigin() += direction * (size / 5);
+  }
+}
+
+// One run of a large scene is expensive, and its means spread less.
+int stockRuns(int bodies) { return bodies < 300 ? 6 : bodies < 1000 ? 3 : 2; }
+
+struct Range {
+  double lowest, highest;
+  double width() const { return highest - lowest; }
+};
+
+template <typename Get>
+Range rangeOf(const std::vector<RunStatistics>& runs, Get get) {
+  Range range{get(runs.front()), get(runs.front())};
+  for (const RunStatistics& run : runs) {
+    range.lowest = std::min(range.lowest, get(run));
+    range.highest = std::max(range.highest, get(run));
+  }
+  return range;
+}
+
+void addDepths(const std::vector<Manifold>& manifolds, std::vector<float>& depths) {
+  for (const Manifold& m : manifolds) {
+    for (int k = 0; k < m.pointCount; ++k) depths.push_back(std::max(0.0f, -m.points[k].localPointA.w));
+  }
+}
+
+void addDepths(btDispatcher& dispatcher, std::vector<float>& depths) {
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold* m = dispatcher.getManifoldByIndexInternal(i);
+    for (int k = 0; k < m->getNumContacts(); ++k) {
+      depths.push_back(std::max(0.0f, -static_cast<float>(m->getContactPoint(k).getDistance())));
+    }
+  }
 }
 
 }  // namespace
+
+double RunStatistics::depth99() const {
+  if (depths.empty()) return 0;
+  std::vector<float> sorted = depths;
+  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(sorted.size() - 1));
+  std::nth_element(sorted.begin(), at, sorted.end());
+  return *at;
+}
 
 WorldFigures measureWorld(const btDiscreteDynamicsWorld& world, double groundHeight) {
   WorldFigures f;
@@ -65,69 +111,100 @@ WorldFigures measureWorld(const btDiscreteDynamicsWorld& world, double groundHei
   return f;
 }
 
-void FreeRunComparison::afterStep(int step, const btDiscreteDynamicsWorld& gpu, const StepResults& results,
-                                  const btDiscreteDynamicsWorld& stock, const btDispatcher& stockDispatcher) {
-  if (step == 0) {
-    double sum = 0;
-    int moving = 0;
-    for (int i = 0; i < gpu.getNumCollisionObjects(); ++i) {
-      if (movingBody(gpu, i)) {
-        sum += double(gpu.getCollisionObjectArray()[i]->getCollisionShape()->getAngularMotionDisc());
-        m_weight += double(gpu.getGravity().length() / movingBody(gpu, i)->getInvMass());
-        ++moving;
-      } else {
-        m_fixedContacts = true;
-      }
-    }
-    m_size = moving ? sum / moving : 1;
-    m_weight /= std::max(1, moving);
+FreeRunComparison::FreeRunComparison(const Builder& build, const scenes::Expectations& expectations, int steps)
+    : m_expectations(expectations), m_steps(steps) {
+  m_stockWorlds.push_back(std::make_unique<StockWorld>(build));
+  measureScene(m_stockWorlds.front()->world());
+  const bool settles = expectations.comesToRest != scenes::Rest::No;
+  const int runs = settles ? stockRuns(m_stockWorlds.front()->world().getNumCollisionObjects()) : 1;
+  for (int run = 1; run < runs; ++run) {
+    m_stockWorlds.push_back(std::make_unique<StockWorld>(build));
+    perturb(m_stockWorlds.back()->world(), run);
   }
+  m_stock.resize(m_stockWorlds.size());
+}
+
+FreeRunComparison::~FreeRunComparison() = default;
+
+void FreeRunComparison::measureScene(const btDiscreteDynamicsWorld& world) {
+  double size = 0, weight = 0;
+  int moving = 0;
+  for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+    const btRigidBody* body = movingBody(world, i);
+    if (!body) {
+      m_fixedContacts = true;
+      continue;
+    }
+    size += double(body->getCollisionShape()->getAngularMotionDisc());
+    weight += double(world.getGravity().length() / body->getInvMass());
+    ++moving;
+  }
+  if (moving == 0) return;
+  m_size = size / moving;
+  m_weight = weight / moving;
+}
+
+double FreeRunComparison::stepStock(btScalar timeStep) {
+  const auto start = std::chrono::steady_clock::now();
+  m_stockWorlds.front()->world().stepSimulation(timeStep, 0);
+  const double time = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  for (size_t run = 1; run < m_stockWorlds.size(); ++run) m_stockWorlds[run]->world().stepSimulation(timeStep, 0);
+  return time;
+}
+
+void FreeRunComparison::afterStep(int step, const btDiscreteDynamicsWorld& gpu, const StepResults& results) {
   if (step < m_expectations.comparableSteps) {
+    const btDiscreteDynamicsWorld& stock = m_stockWorlds.front()->world();
     for (int i = 0; i < gpu.getNumCollisionObjects(); ++i) {
       const btVector3 difference = gpu.getCollisionObjectArray()[i]->getWorldTransform().getOrigin() -
                                    stock.getCollisionObjectArray()[i]->getWorldTransform().getOrigin();
       m_position = std::max(m_position, double(difference.length()) / m_size);
     }
   }
-  if (step < m_steps - kLastSteps && step != m_steps - 1) return;
-  m_gpu = measureWorld(gpu, m_expectations.groundHeight);
-  m_stock = measureWorld(stock, m_expectations.groundHeight);
-  m_gpuEnergy += m_gpu.kineticEnergy;
-  m_stockEnergy += m_stock.kineticEnergy;
-  ++m_energySamples;
-  for (const Manifold& m : results.matchedManifolds) {
-    for (int k = 0; k < m.pointCount; ++k) m_gpuDepths.push_back(std::max(0.0f, -m.points[k].localPointA.w));
-  }
-  for (int i = 0; i < stockDispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold* m = const_cast<btDispatcher&>(stockDispatcher).getManifoldByIndexInternal(i);
-    for (int k = 0; k < m->getNumContacts(); ++k) {
-      m_stockDepths.push_back(std::max(0.0f, -static_cast<float>(m->getContactPoint(k).getDistance())));
-    }
+  if (step < m_steps - kLastSteps) return;
+  const double samples = std::min(kLastSteps, m_steps);
+  m_gpu.end = measureWorld(gpu, m_expectations.groundHeight);
+  m_gpu.restingEnergy += m_gpu.end.kineticEnergy / samples;
+  addDepths(results.matchedManifolds, m_gpu.depths);
+  for (size_t run = 0; run < m_stock.size(); ++run) {
+    m_stock[run].end = measureWorld(m_stockWorlds[run]->world(), m_expectations.groundHeight);
+    m_stock[run].restingEnergy += m_stock[run].end.kineticEnergy / samples;
+    addDepths(m_stockWorlds[run]->dispatcher(), m_stock[run].depths);
   }
 }
 
 // As stock: its energy at the end is a small part of what a fall of its own size would give a body.
 bool FreeRunComparison::comesToRest() const {
   if (m_expectations.comesToRest != scenes::Rest::AsStock) return m_expectations.comesToRest == scenes::Rest::Yes;
-  return m_stockEnergy / std::max(1, m_energySamples) < kRestingShare * m_weight * m_size;
+  return m_stock.front().restingEnergy < kRestingShare * m_weight * m_size;
+}
+
+// Distance of btgpu's mean height from stock's range, which is widened by its own width on either side.
+double FreeRunComparison::heightBeyondStock() const {
+  const Range stock = rangeOf(m_stock, [](const RunStatistics& run) { return run.end.meanHeight; });
+  const double height = m_gpu.end.meanHeight;
+  return std::max({0.0, stock.lowest - stock.width() - height, height - stock.highest - stock.width()});
 }
 
 std::vector<Check> FreeRunComparison::checks() const {
-  std::vector<Check> checks = {makeCheck("state.not_finite", m_gpu.notFinite)};
+  std::vector<Check> checks = {makeCheck("state.not_finite", m_gpu.end.notFinite)};
+  const WorldFigures& stock = m_stock.front().end;
   if (m_expectations.comparableSteps > 0) checks.push_back(makeCheck("free.position", m_position));
-  if (m_expectations.groundHeight > -1e29) checks.push_back(makeCheck("free.below_ground", m_gpu.belowGround));
+  if (m_expectations.groundHeight > -1e29) checks.push_back(makeCheck("free.below_ground", m_gpu.end.belowGround));
   if (!m_fixedContacts) {
-    checks.push_back(makeCheck("free.momentum", std::fabs(m_gpu.momentum - m_stock.momentum) / (m_stock.momentumScale + 1e-9)));
+    checks.push_back(makeCheck("free.momentum", std::fabs(m_gpu.end.momentum - stock.momentum) / (stock.momentumScale + 1e-9)));
   }
   if (!comesToRest()) return checks;
-  const double scale = std::max(std::fabs(m_stock.meanHeight), m_size);
-  checks.push_back(makeCheck("free.height", std::fabs(m_gpu.meanHeight - m_stock.meanHeight) / scale));
-  const double samples = std::max(1, m_energySamples);
-  const double limit = tolerance("free.kinetic_energy").limit;
+  const Range energy = rangeOf(m_stock, [](const RunStatistics& run) { return run.restingEnergy; });
+  const Range depth = rangeOf(m_stock, [](const RunStatistics& run) { return run.depth99(); });
+  const double energyLimit = tolerance("free.kinetic_energy").limit;
+  Check height = makeCheck("free.height", heightBeyondStock() / std::max(std::fabs(stock.meanHeight), m_size));
+  height.limit = std::max(height.limit, m_expectations.heightTolerance);
+  checks.push_back(height);
   checks.push_back(makeCheck("free.kinetic_energy",
-                             (m_gpuEnergy / samples) / (m_stockEnergy / samples + kRestingEnergy / limit)));
+                             m_gpu.restingEnergy / (energy.highest + energy.width() + kRestingEnergy / energyLimit)));
   checks.push_back(makeCheck("free.penetration",
-                             percentile99(m_gpuDepths) / std::max(percentile99(m_stockDepths), kSmallDepth * m_size)));
+                             m_gpu.depth99() / std::max(depth.highest + depth.width(), kSmallDepth * m_size)));
   return checks;
 }
 

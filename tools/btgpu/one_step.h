@@ -39,8 +39,9 @@ class OneStepComparison {
   std::vector<double> m_sizes;    // of the bodies: their angular motion disc, at most 10
 
   long m_pairs = 0, m_missingPairs = 0, m_otherDepths = 0, m_otherNormals = 0;
+  long m_singles = 0, m_otherSingles = 0;
   long m_states = 0, m_otherStates = 0;
-  double m_freeVelocity = 0, m_singleVelocity = 0, m_pose = 0, m_energy = 0;
+  double m_freeVelocity = 0, m_pose = 0, m_addedEnergy = 0, m_enteringEnergy = 0;
   Residual m_ourResidual, m_stockResidual;
   double m_ourDistance = 0, m_stockDistance = 0;
 };
