@@ -60,12 +60,14 @@ std::uint64_t hashBodies(const btCollisionWorld& world) {
 }
 
 CompareResult compare(const std::string& name, const Builder& build, const scenes::Expectations& expectations,
-                      double timeStep, int steps, const std::string& device, const std::function<void(int)>& progress) {
+                      const CompareOptions& options) {
+  const int steps = options.steps;
   btGpuSettings settings;
-  settings.m_device = device;
+  settings.m_device = options.device;
+  settings.m_profile = options.profile;
   settings.m_keepContacts = true;
   TestWorld<btGpuDynamicsWorld> gpu(build, settings);
-  const btScalar dt = static_cast<btScalar>(timeStep);
+  const btScalar dt = static_cast<btScalar>(options.timeStep);
   OneStepComparison oneStep(build, dt);
   FreeRunComparison freeRun(build, expectations, steps);
 
@@ -88,7 +90,7 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
     if (gpu.world().statistics().m_stockSteps > 0) break;
     oneStep.afterStep(gpu.world(), state->results, measureConverged(step, steps));
     freeRun.afterStep(step, gpu.world(), state->results);
-    progress(step + 1);
+    if (options.progress) options.progress(step + 1);
   }
 
   const btGpuStatistics statistics = gpu.world().statistics();
@@ -96,6 +98,7 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
   result.deviceSteps = static_cast<int>(statistics.m_deviceSteps);
   result.repeatedSteps = static_cast<int>(statistics.m_repeatedSteps);
   result.fallbacks = gpu.world().fallbackReport();
+  result.profile = gpu.world().takeProfile();
   result.hash = hashBodies(gpu.world());
   result.compared = result.deviceSteps > 0;
   result.checks.push_back(makeCheck("device.missing_steps", steps - result.deviceSteps));
@@ -124,6 +127,10 @@ std::string toText(const CompareResult& r) {
   text += fmt::format("  {:<30} {:>12} {:>12}\n", "check", "value", "limit");
   for (const Check& c : r.checks) {
     text += fmt::format("  {:<30} {:>12.5g} {:>12.5g}  {}\n", c.name, c.value, c.limit, c.pass() ? "ok" : "FAILED");
+  }
+  if (!r.profile.empty()) text += fmt::format("  {:<30} {:>12} {:>12}\n", "stage", "ms a step", "launches");
+  for (const auto& t : r.profile) {
+    text += fmt::format("  {:<30} {:>12.4f} {:>12.1f}\n", t.m_stage, t.m_milliseconds / r.steps, double(t.m_launches) / r.steps);
   }
   for (const auto& f : r.fallbacks) text += fmt::format("  on the CPU: {} ({}), {} times\n", f.m_what, f.m_reason, f.m_count);
   text += !r.compared ? "not compared: no step ran on a device\n" : r.pass() ? "in agreement\n" : "NOT in agreement\n";

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,14 +10,6 @@
 #include "one_step.h"
 
 namespace btgpu::tool {
-
-struct CompareOptions {
-  std::string scene;  // a built-in scene or a .bullet file
-  std::optional<scenes::Size> size;
-  std::optional<int> steps;
-  std::string device;
-  bool hash = false;
-};
 
 struct CompareResult {
   std::string scene, device;
@@ -28,13 +19,21 @@ struct CompareResult {
   std::vector<btGpuFallback> fallbacks;
   WorldFigures gpu, stock;  // at the end
   std::uint64_t hash = 0;   // of every pose and velocity bit at the end
-  bool compared = true;     // false: there was no device
+  std::vector<btGpuStageTime> profile;  // sums over all steps, if wanted
+  bool compared = true;                 // false: there was no device
   bool pass() const;
 };
 
-// Runs the comparison; `progress` is called after each step with the number of steps done.
+struct CompareOptions {
+  double timeStep = 1.0 / 60.0;
+  int steps = 300;
+  std::string device;    // as btGpuSettings::m_device
+  bool profile = false;  // time the stages; slows btgpu's steps
+  std::function<void(int)> progress;  // called after each step with the number of steps done
+};
+
 CompareResult compare(const std::string& name, const Builder& build, const scenes::Expectations& expectations,
-                      double timeStep, int steps, const std::string& device, const std::function<void(int)>& progress);
+                      const CompareOptions& options);
 
 // Hash of the poses and velocities of all bodies, bit by bit, in the order they were added.
 std::uint64_t hashBodies(const btCollisionWorld& world);

@@ -68,7 +68,7 @@ int runScenes(const std::string& write, const std::string& file, const std::stri
 struct CompareArguments {
   std::string scene, size, device, json;
   int steps = 0;
-  bool hash = false;
+  bool hash = false, profile = false;
 };
 
 void writeFile(const std::string& path, const std::string& text) {
@@ -86,14 +86,26 @@ int reportComparison(const CompareArguments& arguments, const CompareResult& res
   return result.pass() ? kAgreed : kFailed;
 }
 
+int runComparison(const CompareArguments& arguments, const std::string& name, const Builder& build,
+                  const scenes::Expectations& expectations, double timeStep, int defaultSteps) {
+  CompareOptions options;
+  options.timeStep = timeStep;
+  options.steps = arguments.steps > 0 ? arguments.steps : defaultSteps;
+  options.device = arguments.device;
+  options.profile = arguments.profile;
+  CompareResult result;
+  {
+    ProgressBar bar(name, options.steps);
+    options.progress = [&bar](int done) { bar.show(done); };
+    result = compare(name, build, expectations, options);
+  }
+  return reportComparison(arguments, result);
+}
+
 int compareBuiltIn(const CompareArguments& arguments) {
   const scenes::Scene& scene = sceneNamed(arguments.scene);
   const scenes::Size size = arguments.size.empty() ? scene.size : parseSize(arguments.size);
-  const int steps = arguments.steps > 0 ? arguments.steps : scene.steps;
-  ProgressBar bar(scene.name, steps);
-  const CompareResult result = compare(scene.name, builderOf(scene, size), scene.expectations, scene.timeStep, steps,
-                                       arguments.device, [&bar](int done) { bar.show(done); });
-  return reportComparison(arguments, result);
+  return runComparison(arguments, scene.name, builderOf(scene, size), scene.expectations, scene.timeStep, scene.steps);
 }
 
 // Of a file nothing is known: whether it comes to rest is seen in stock.
@@ -112,11 +124,7 @@ int compareFile(const CompareArguments& arguments) {
       const Builder build = builderOfFile(arguments.scene);
       { TestWorld<btDiscreteDynamicsWorld> probe(build); }
       fileWasRead();
-      const int steps = arguments.steps > 0 ? arguments.steps : kSteps;
-      ProgressBar bar(arguments.scene, steps);
-      const CompareResult result = compare(arguments.scene, build, unknownScene(), kTimeStep, steps,
-                                           arguments.device, [&bar](int done) { bar.show(done); });
-      return reportComparison(arguments, result);
+      return runComparison(arguments, arguments.scene, build, unknownScene(), kTimeStep, kSteps);
     } catch (const InputError& e) {
       fmt::print(stderr, "btgpu: {}\n", e.what());
       return kBadInput;
@@ -146,6 +154,7 @@ int main(int argc, char** argv) {
   comparison->add_option("--steps", arguments.steps, "steps to run")->check(CLI::PositiveNumber);
   comparison->add_option("--device", arguments.device, "OpenCL device: index, gpu, cpu or part of its name");
   comparison->add_option("--json", arguments.json, "write the result to this file");
+  comparison->add_flag("--profile", arguments.profile, "time each stage by device events; slows btgpu's steps");
   comparison->add_flag("--hash", arguments.hash, "print a hash of every pose and velocity bit at the end");
 
   try {

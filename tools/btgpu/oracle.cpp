@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "oracle.h"
 
+#include <algorithm>
+
 #include "translation/contacts.h"
 
 // Bullet's margin of broadphase leaves; exported, but in no header.
@@ -90,6 +92,14 @@ void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts) {
     btPersistentManifold* manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
     if (manifold) writeManifold(m, *manifold);
   }
+}
+
+void OracleWorld::reverseContacts() {
+  const int count = getDispatcher()->getNumManifolds();
+  btPersistentManifold** manifolds = getDispatcher()->getInternalManifoldPointer();
+  if (count == 0) return;
+  std::reverse(manifolds, manifolds + count);
+  for (int i = 0; i < count; ++i) manifolds[i]->m_index1a = i;
 }
 
 void OracleWorld::solve(btScalar timeStep, int iterations) {

@@ -35,6 +35,8 @@ class OracleWorld : public btDiscreteDynamicsWorld {
   void findContacts(btScalar timeStep);
   // Makes `contacts` the dispatcher's contacts, so that the solver works on the very same ones as btgpu's.
   void replaceContacts(const std::vector<Manifold>& contacts);
+  // Turns the order of the dispatcher's manifolds round, and with it the order of the solver's rows.
+  void reverseContacts();
   // Islands and solver, as in stock's step; `iterations` < 0: the world's own number.
   void solve(btScalar timeStep, int iterations = -1);
   // The rest of stock's step.
