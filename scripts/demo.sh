@@ -8,11 +8,16 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/setup.sh
-[ -f build/ci/build.ninja ] || cmake --preset ci >build-demo.log 2>&1 || { tail -n 20 build-demo.log >&2; exit 1; }
-rm -f build-demo.log
+[ -f build/ci/build.ninja ] || {
+  mkdir -p build/ci
+  cmake --preset ci >build/ci/demo.log 2>&1 || { tail -n 20 build/ci/demo.log >&2; exit 1; }
+}
 echo "building"
-cmake --build build/ci --target btgpu_tool btgpu_engine | grep -v '^\[' || true
-[ -x build/ci/bin/btgpu ] || { echo "demo: the build failed" >&2; exit 1; }
+if [ -t 1 ]; then
+  cmake --build build/ci --target btgpu_tool btgpu_engine
+else
+  cmake --build build/ci --target btgpu_tool btgpu_engine >build/ci/demo.log || { tail -n 20 build/ci/demo.log >&2; exit 1; }
+fi
 
 mkdir -p report
 build/ci/bin/btgpu info | tee report/device.txt

@@ -22,7 +22,11 @@ double millisecondsSince(Clock::time_point start) {
 }
 
 // Steps after which the distance to the converged solution is measured: each costs a hundred ordinary steps.
-bool measureConverged(int step, int steps) { return step == steps / 4 || step == steps / 2 || step == steps - 1 - steps / 10; }
+bool measureConverged(int step, int steps, int bodies) {
+  const int samples = bodies < 300 ? 20 : 3;
+  const int every = std::max(1, steps / (samples + 1));
+  return step > 0 && step % every == 0;
+}
 
 void addScalars(XXH3_state_t& state, const btVector3& v) { XXH3_64bits_update(&state, &v, 3 * sizeof(btScalar)); }
 
@@ -88,7 +92,7 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
     }
     // Once a step ran on the stock path there is nothing left to compare.
     if (gpu.world().statistics().m_stockSteps > 0) break;
-    oneStep.afterStep(gpu.world(), state->results, measureConverged(step, steps));
+    oneStep.afterStep(gpu.world(), state->results, measureConverged(step, steps, result.bodies));
     freeRun.afterStep(step, gpu.world(), state->results);
     if (options.progress) options.progress(step + 1);
   }
