@@ -212,7 +212,10 @@ TEST_F(ApplyForcesTest, GyroscopicFlagsSmall) {
   expectNear(halfSteps[1].externalAngular * 2, limitedSteps[1].externalAngular, kGyroTolerance * scale,
              "limited", 1);
   EXPECT_LT(sizeOf(limitedSteps[1].externalAngular), 0.5f * sizeOf(steps[1].externalAngular));
-  expectAsReference(in, limited);
+  for (float limit = 1; limit < 100; limit *= 1.3f) {
+    limited.maxGyroscopicForce = limit;
+    expectAsReference(in, limited);
+  }
 }
 
 TEST_F(ApplyForcesTest, AdditionalDampingSmall) {
@@ -220,15 +223,17 @@ TEST_F(ApplyForcesTest, AdditionalDampingSmall) {
     float linear, angular;  // speeds
     float linearDamping, angularDamping;
   };
-  // Above and below the thresholds (0.1 for both speeds), and above, within and below the brake's range.
+  // Above and below the thresholds (0.1, 0.2), and above, within and below the brake's range.
   const Case cases[] = {{1, 1, 0.2f, 0.2f},         {0.05f, 1, 0.2f, 0.2f},      {0.05f, 0.05f, 0.2f, 0.2f},
                         {0.15f, 0.15f, 0.3f, 0.3f}, {0.003f, 0.15f, 0.3f, 0.1f}, {0.15f, 0.003f, 0.1f, 0.3f},
-                        {0, 0, 0.5f, 0.5f},         {0.09f, 0.09f, 0, 0},        {2, 3, 1, 1}};
+                        {0, 0, 0.5f, 0.5f},         {0.09f, 0.09f, 0, 0},        {2, 3, 1, 1},
+                        {0.09f, 0.15f, 0, 0},       {0.09f, 0.25f, 0, 0},        {0.11f, 0.09f, 0, 0}};
   WorldBuilder b;
   for (const Case& c : cases) {
     const uint i = b.add(b.sphere(1), {});
     b.info(i).flags |= BODY_ADDITIONAL_DAMPING;
     b.velocity(i) = {{0, c.linear, 0, 0}, {0, 0, c.angular, 0}};
+    b.damping(i).additionalAngularThresholdSqr = 0.04f;
     b.damping(i).linear = c.linearDamping;
     b.damping(i).angular = c.angularDamping;
   }
@@ -260,6 +265,9 @@ TEST_F(ApplyForcesTest, SpinFromNoneToBeyondTheLimitSmall) {
     b.velocity(i).angular = {0.6f * rate, 0, -0.8f * rate, 0};
   }
   expectAsReference(b.finish());
+  StepSettings slow;
+  slow.timeStep = 100;  // the slowest ones turn by an angle worth a sine's second term
+  expectAsReference(b.finish(), slow);
 }
 
 TEST_F(ApplyForcesTest, RandomSmall) {
