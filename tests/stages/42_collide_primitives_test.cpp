@@ -8,8 +8,8 @@
 
 #include "gpu_engine/stages/42_collide_primitives_reference.h"
 #include "tests/support/device_test.h"
+#include "tests/support/pair_world.h"
 #include "tests/support/stage_bench.h"
-#include "tests/support/world_builder.h"
 
 namespace btgpu {
 namespace {
@@ -17,41 +17,6 @@ namespace {
 // A coordinate is a sum of rotated vectors that are no longer than the pair's size, with some 16 roundings on
 // the way.
 constexpr float kTolerance = 1e-6f;
-
-float sizeOf(float4 v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
-bool equal(float4 a, float4 b) { return a.x == b.x && a.y == b.y && a.z == b.z && a.w == b.w; }
-float4 xyzOf(float4 v) { return {v.x, v.y, v.z, 0}; }
-
-// Pairs side by side: pair k is of bodies 2k and 2k + 1.
-struct PairWorld {
-  WorldBuilder world;
-  std::vector<Pair> pairs;
-  std::vector<Manifold> oldManifolds;
-
-  uint bucketOf(uint a, uint b) {
-    const int typeA = world.shape(world.info(a).shapeIndex).type,
-              typeB = world.shape(world.info(b).shapeIndex).type;
-    if (typeB == SHAPE_PLANE) return typeA == SHAPE_SPHERE ? BUCKET_SPHERE_PLANE : BUCKET_BOX_PLANE;
-    if (typeA != typeB) return BUCKET_SPHERE_BOX;
-    return typeA == SHAPE_SPHERE ? BUCKET_SPHERE_SPHERE : BUCKET_BOX_BOX;
-  }
-  // Returns the pair's index.
-  size_t add(int shapeA, BodyPose poseA, int shapeB, BodyPose poseB) {
-    const uint a = world.add(shapeA, poseA.position, 1, poseA.orientation);
-    const uint b = world.add(shapeB, poseB.position, 1, poseB.orientation);
-    pairs.push_back({a, b, NO_INDEX, bucketOf(a, b)});
-    return pairs.size() - 1;
-  }
-  // Gives the last pair a manifold of the last step, whose threshold is not that of the shapes.
-  void addOldManifold(float threshold) {
-    Manifold m{};
-    m.breakingThreshold = threshold;
-    pairs.back().oldManifold = static_cast<uint>(oldManifolds.size());
-    oldManifolds.push_back(m);
-  }
-};
-
-BodyPose at(float x, float y, float z, float4 orientation = kNoTurn) { return {{x, y, z, 0}, orientation}; }
 
 class CollidePrimitivesTest : public DeviceTest {
  protected:
@@ -85,7 +50,6 @@ class CollidePrimitivesTest : public DeviceTest {
 
   std::vector<RawContacts> expectAsReference(const PairWorld& p) {
     const auto actual = device(p), expected = reference(p);
-    const WorldInput in = p.world.finish();
     for (size_t i = 0; i < p.pairs.size(); ++i) {
       SCOPED_TRACE(i);
       if (StageBench::isPoison(expected[i])) {
@@ -93,11 +57,7 @@ class CollidePrimitivesTest : public DeviceTest {
         continue;
       }
       const Pair& pair = p.pairs[i];
-      const auto shapeOf = [&](uint body) {
-        return in.shapes.values[static_cast<size_t>(in.infos.values[body].shapeIndex)];
-      };
-      expectSame(actual[i], expected[i], shapeOf(pair.bodyA), shapeOf(pair.bodyB),
-                 in.poses.values[pair.bodyB].position - in.poses.values[pair.bodyA].position);
+      expectSame(actual[i], expected[i], p.shapeOf(pair.bodyA), p.shapeOf(pair.bodyB), p.bFromA(pair));
     }
     return actual;
   }
@@ -256,17 +216,16 @@ PairWorld randomPairs(std::mt19937& random, size_t count) {
       p.world.shape(p.world.info(body).shapeIndex).breakingThreshold = uniform(random, 0.005f, 0.2f);
     }
     if (random() % 3 == 0) p.addOldManifold(uniform(random, 0.005f, 0.2f));
-    const WorldInput in = p.world.finish();
     Pair& pair = p.pairs.back();
     const auto contacts = [&](float by) {
-      Shape s = in.shapes.values[static_cast<size_t>(in.infos.values[pair.bodyA].shapeIndex)];
-      Shape t = in.shapes.values[static_cast<size_t>(in.infos.values[pair.bodyB].shapeIndex)];
+      Shape s = p.shapeOf(pair.bodyA);
+      const Shape t = p.shapeOf(pair.bodyB);
       const float threshold = pair.oldManifold != NO_INDEX
                                   ? p.oldManifolds.back().breakingThreshold
                                   : std::fmin(s.breakingThreshold, t.breakingThreshold);
       if (pair.bucket == BUCKET_SPHERE_SPHERE) s.extents.x += by;
-      return collidePrimitivesReference(pair.bucket, s, in.poses.values[pair.bodyA], t,
-                                        in.poses.values[pair.bodyB], threshold + by)
+      return collidePrimitivesReference(pair.bucket, s, p.world.pose(pair.bodyA), t, p.world.pose(pair.bodyB),
+                                        threshold + by)
           .count;
     };
     if (contacts(1e-4f) != contacts(-1e-4f)) pair.bucket = BUCKET_NONE;
@@ -329,7 +288,6 @@ struct BulletContacts : btCollisionWorld::ContactResultCallback {
 TEST(CollidePrimitivesReference, AgreesWithBullet) {
   std::mt19937 random(5);
   const PairWorld p = randomPairs(random, 1200);
-  const WorldInput in = p.world.finish();
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
   btDbvtBroadphase broadphase;
@@ -350,9 +308,9 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
     btCollisionObject objects[2];
     for (int k = 0; k < 2; ++k) {
       const uint body = k == 0 ? pair.bodyA : pair.bodyB;
-      poses[k] = in.poses.values[body];
+      poses[k] = p.world.pose(body);
       poses[k].position -= origin;
-      shapes[k] = in.shapes.values[static_cast<size_t>(in.infos.values[body].shapeIndex)];
+      shapes[k] = p.shapeOf(body);
       bulletShapes[k] = makeShape(shapes[k]);
       shapes[k].margin = static_cast<float>(bulletShapes[k]->getMargin());
       const float4 q = poses[k].orientation;

@@ -54,6 +54,9 @@ class WorldBuilder {
   BodyDamping& damping(uint body) { return m_input.dampings.values[body]; }
   BodyActivation& activation(uint body) { return m_input.activations.values[body]; }
   Shape& shape(int index) { return m_input.shapes.values[static_cast<size_t>(index)]; }
+  const BodyInfo& info(uint body) const { return m_input.infos.values[body]; }
+  const BodyPose& pose(uint body) const { return m_input.poses.values[body]; }
+  const Shape& shape(int index) const { return m_input.shapes.values[static_cast<size_t>(index)]; }
   uint bodyCount() const { return m_input.bodyCount; }
 
   // The world with everything listed as changed and every body as born.
