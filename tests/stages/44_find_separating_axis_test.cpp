@@ -227,6 +227,28 @@ TEST_F(FindSeparatingAxisTest, EachKindOfPose) {
   }
 }
 
+TEST_F(FindSeparatingAxisTest, NearlyParallelEdgesNeverSeparateOrWin) {
+  // Without the widening of edge axes, rounding would separate some of these, whose faces overlap by 1e-3.
+  std::mt19937 random(5);
+  PairWorld p;
+  for (int k = 0; k < 2000; ++k) {
+    const float4 a = uniform3(random, 1, 10), b = uniform3(random, 1, 10);
+    const float tilt = std::pow(10.0f, uniform(random, -7, -4));
+    const float4 axis = uniform3(random, -1, 1);
+    float4 place = uniform3(random, -1, 1);
+    place.y = a.y + b.y - 1e-3f;
+    // B's lowest corner is deeper by the tilt times its width: at most 1e-4 * 10 * sqrt(2).
+    p.add(p.world.box(a), at(0, 0, 0), p.world.box(b), {place, turnAbout(axis, tilt)});
+  }
+  const auto axes = device(p).result.axes;
+  for (size_t k = 0; k < axes.size(); ++k) {
+    // Codes 6, 10 and 14 are those of the parallel edges; crossing ones may win, between two tilted faces.
+    EXPECT_TRUE(axes[k].code >= 0 && (axes[k].code < 6 || (axes[k].code - 6) % 4 != 0))
+        << k << ": " << axes[k].code;
+    EXPECT_NEAR(axes[k].normal.w, 1e-3f, 1.5e-3f) << k;
+  }
+}
+
 TEST_F(FindSeparatingAxisTest, RandomSmall) {
   std::mt19937 random(2);
   expectAsReference(randomBoxPairs(random, 24));
