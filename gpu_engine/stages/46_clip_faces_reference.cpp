@@ -26,19 +26,25 @@ HalfSpace sideOf(const Box& box, int k, double sign) {
   return {normal, dot(normal, box.centre) + box.half[k]};
 }
 
-std::vector<Vec> clip(const std::vector<Vec>& polygon, const HalfSpace& space) {
-  std::vector<Vec> kept;
+struct Corner {
+  Vec at;
+  double sine = 1;  // CandidatePoint::sine
+};
+
+std::vector<Corner> clip(const std::vector<Corner>& polygon, const HalfSpace& space) {
+  std::vector<Corner> kept;
   for (size_t i = 0; i < polygon.size(); ++i) {
-    const Vec p = polygon[i], q = polygon[(i + 1) % polygon.size()];
-    const double above = dot(space.normal, p) - space.limit, nextAbove = dot(space.normal, q) - space.limit;
-    if (above <= 0) kept.push_back(p);
-    if (above * nextAbove < 0) kept.push_back(p + (q - p) * (above / (above - nextAbove)));
+    const Vec p = polygon[i].at, edge = polygon[(i + 1) % polygon.size()].at - p;
+    const double above = dot(space.normal, p) - space.limit, rise = dot(space.normal, edge);
+    if (above <= 0) kept.push_back(polygon[i]);
+    if (above * (above + rise) < 0)
+      kept.push_back({p - edge * (above / rise), std::fabs(rise) / length(edge)});
   }
   return kept;
 }
 
 // The face whose outward normal looks most against `direction`; its corners in turn.
-std::vector<Vec> faceAgainst(const Box& box, Vec direction) {
+std::vector<Corner> faceAgainst(const Box& box, Vec direction) {
   int face = 0;
   double sign = 1, least = INFINITY;
   for (int k = 0; k < 3; ++k) {
@@ -51,13 +57,13 @@ std::vector<Vec> faceAgainst(const Box& box, Vec direction) {
     }
   }
   const int u = (face + 1) % 3, v = (face + 2) % 3;
-  std::vector<Vec> corners;
+  std::vector<Corner> corners;
   for (const auto& at : {std::pair<int, int>{1, 1}, {1, -1}, {-1, -1}, {-1, 1}}) {
     Vec p;
     p[face] = sign * box.half[face];
     p[u] = at.first * box.half[u];
     p[v] = at.second * box.half[v];
-    corners.push_back(box.centre + box.rotation * p);
+    corners.push_back({box.centre + box.rotation * p});
   }
   return corners;
 }
@@ -67,7 +73,7 @@ std::vector<CandidatePoint> clipFace(const Box& a, const Box& b, int code, Vec a
   const Box &facing = onA ? a : b, &incident = onA ? b : a;
   const int face = onA ? code : code - 3;
   const Vec outward = onA ? aToB : -aToB;
-  std::vector<Vec> polygon = faceAgainst(incident, outward);
+  std::vector<Corner> polygon = faceAgainst(incident, outward);
   for (int k = 0; k < 3; ++k) {
     if (k == face) continue;
     polygon = clip(polygon, sideOf(facing, k, 1));
@@ -75,9 +81,9 @@ std::vector<CandidatePoint> clipFace(const Box& a, const Box& b, int code, Vec a
   }
   const double level = dot(outward, facing.centre) + facing.half[face];
   std::vector<CandidatePoint> points;
-  for (const Vec p : polygon) {
-    const double distance = dot(outward, p) - level;
-    points.push_back({onA ? p : p - outward * distance, distance});
+  for (const Corner& corner : polygon) {
+    const double distance = dot(outward, corner.at) - level;
+    points.push_back({onA ? corner.at : corner.at - outward * distance, distance, corner.sine});
   }
   return points;
 }
@@ -119,9 +125,9 @@ std::vector<CandidatePoint> clipBoxesReference(const Shape& a, const BodyPose& p
   const Vec aToB = toVec(axis.normal);
   if (axis.code < 6) return clipFace(boxA, boxB, axis.code, aToB);
   const int i = (axis.code - 6) / 3, j = (axis.code - 6) % 3;
-  const Vec onB = nearestOnSecond(supportingEdge(boxA, i, aToB), boxA.rotation.column(i),
-                                  supportingEdge(boxB, j, -aToB), boxB.rotation.column(j));
-  return {{onB, -static_cast<double>(axis.normal.w)}};
+  const Vec u = boxA.rotation.column(i), v = boxB.rotation.column(j);
+  const Vec onB = nearestOnSecond(supportingEdge(boxA, i, aToB), u, supportingEdge(boxB, j, -aToB), v);
+  return {{onB, -static_cast<double>(axis.normal.w), length(cross(u, v))}};
 }
 
 void clipFacesReference(const std::vector<uint>& overlapping, const std::vector<uint>& bucketFirst,

@@ -238,7 +238,9 @@ TEST_F(FindSeparatingAxisTest, NearlyParallelEdgesNeverSeparateOrWin) {
     float4 place = uniform3(random, -1, 1);
     place.y = a.y + b.y - 1e-3f;
     // B's lowest corner is deeper by the tilt times its width: at most 1e-4 * 10 * sqrt(2).
-    p.add(p.world.box(a), at(0, 0, 0), p.world.box(b), {place, turnAbout(axis, tilt)});
+    const float4 base = randomTurn(random);
+    p.add(p.world.box(a), at(0, 0, 0, base), p.world.box(b),
+          {turned(base, place), turnProduct(base, turnAbout(axis, tilt))});
   }
   const auto axes = device(p).result.axes;
   for (size_t k = 0; k < axes.size(); ++k) {

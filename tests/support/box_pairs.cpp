@@ -8,16 +8,6 @@ namespace {
 constexpr float kQuarterPi = 0.78539816339f;
 const float4 kFar = {1000, -2000, 500, 0};
 
-float4 product(float4 a, float4 b) {
-  return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y + a.y * b.w + a.z * b.x - a.x * b.z,
-          a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
-}
-
-float4 turned(float4 q, float4 v) {
-  const float4 conjugate = {-q.x, -q.y, -q.z, q.w};
-  return xyzOf(product(product(q, {v.x, v.y, v.z, 0}), conjugate));
-}
-
 float& along(float4& v, uint axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 }  // namespace
@@ -49,10 +39,10 @@ size_t addRandomBoxPair(std::mt19937& random, PairWorld& p, BoxPose kind) {
       place.y = 1.6f * std::sqrt(2.0f) - uniform(random, -0.05f, 0.2f);
       break;
   }
-  BodyPose poseA{kFar, base}, poseB{kFar + turned(base, place), product(base, relative)};
+  BodyPose poseA{kFar, base}, poseB{kFar + turned(base, place), turnProduct(base, relative)};
   if (kind == BoxPose::Crossed) {
-    poseA.orientation = product(base, turnAbout({1, 0, 0, 0}, half.x));
-    poseB.orientation = product(base, turnAbout({0, 0, 1, 0}, half.x));
+    poseA.orientation = turnProduct(base, turnAbout({1, 0, 0, 0}, half.x));
+    poseB.orientation = turnProduct(base, turnAbout({0, 0, 1, 0}, half.x));
   }
   return p.add(p.world.box(a), poseA, p.world.box(b), poseB);
 }

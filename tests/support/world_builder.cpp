@@ -46,6 +46,16 @@ float4 turnAbout(float4 axis, float angle) {
   return {axis.x * s, axis.y * s, axis.z * s, std::cos(angle / 2)};
 }
 
+float4 turnProduct(float4 a, float4 b) {
+  return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y + a.y * b.w + a.z * b.x - a.x * b.z,
+          a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
+}
+
+float4 turned(float4 q, float4 v) {
+  const float4 r = turnProduct(turnProduct(q, {v.x, v.y, v.z, 0}), {-q.x, -q.y, -q.z, q.w});
+  return {r.x, r.y, r.z, 0};
+}
+
 int WorldBuilder::addShape(Shape shape) {
   shape.breakingThreshold = kThreshold;
   m_input.shapes.values.push_back(shape);

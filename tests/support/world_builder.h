@@ -14,6 +14,10 @@ constexpr float4 kNoTurn{0, 0, 0, 1};
 // The unit quaternion that turns by `angle` (radians) about `axis` (any length).
 float4 turnAbout(float4 axis, float angle);
 
+// Quaternion product: first b, then a. And v turned by q.
+float4 turnProduct(float4 a, float4 b);
+float4 turned(float4 q, float4 v);
+
 // What a random world is made of. Sizes and positions are in length units.
 struct RandomWorld {
   uint bodies = 100;                     // without the planes and the free slots
