@@ -16,53 +16,14 @@ namespace {
 using reference::dot;
 using reference::toVec;
 
-// A projection is a sum of some 30 rounded products, none longer than the pair's size.
-constexpr double kTolerance = 2e-6;
-// kernels/lib/box_box.h: EDGE_SLACK.
-constexpr double kEdgeSlack = 1e-5;
-
-double pairSize(const PairWorld& p, const Pair& pair) {
-  return sizeOf(p.bFromA(pair)) + sizeOf(p.shapeOf(pair.bodyA).extents) +
-         sizeOf(p.shapeOf(pair.bodyB).extents);
-}
-
-// How far the kernel's separation along this axis may be off.
-double errorOf(const AxisProjection& axis, size_t code, double size) {
-  return code < 6 ? kTolerance * size : axis.sine > 0 ? (kTolerance + kEdgeSlack) * size / axis.sine : 1e9;
-}
-
-using Axes = std::array<AxisProjection, 15>;
-
-Axes projectionsOf(const PairWorld& p, const Pair& pair) {
-  return projectBoxes(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB),
-                      p.world.pose(pair.bodyB));
-}
-
-// True if rounding may change the choice: some comparison on the way is closer than the errors of its two
-// sides.
-bool isAmbiguous(const Axes& axes, double size) {
-  double best = -1e18, bestError = 0;
-  for (size_t code = 0; code < 15; ++code) {
-    if (axes[code].sine == 0) continue;
-    const double error = errorOf(axes[code], code, size), weight = code < 6 ? 1 : 1.05;
-    if (std::fabs(axes[code].separation) <= error) return true;
-    if (axes[code].separation > 0) return false;
-    if (std::fabs(axes[code].separation * weight - best) <= error + bestError) return true;
-    if (axes[code].separation * weight <= best) continue;
-    best = axes[code].separation;
-    bestError = error;
-  }
-  return false;
-}
-
 // What must hold for any choice: no axis separates the boxes, none is clearly better, and the overlap and the
 // direction are those of the axis.
-void expectValid(const SeparatingAxis& s, const Axes& axes, double size, reference::Vec bFromA) {
+void expectValid(const SeparatingAxis& s, const AxisProjections& axes, double size, reference::Vec bFromA) {
   double largest = -1e18, slack = 0;
   for (size_t code = 0; code < 15; ++code) {
     if (axes[code].separation <= largest) continue;
     largest = axes[code].separation;
-    slack = errorOf(axes[code], code, size);
+    slack = axisError(axes[code], code, size);
   }
   if (s.code < 0) {
     EXPECT_GT(largest, -slack) << "no axis separates these boxes";
@@ -71,11 +32,11 @@ void expectValid(const SeparatingAxis& s, const Axes& axes, double size, referen
   ASSERT_LT(s.code, 15);
   const auto chosen = static_cast<size_t>(s.code);
   const AxisProjection& axis = axes[chosen];
-  const double error = errorOf(axis, chosen, size), depth = s.normal.w;
+  const double error = axisError(axis, chosen, size), depth = s.normal.w;
   EXPECT_NEAR(depth, -axis.separation, error);
   for (size_t code = 0; code < 15; ++code) {
     if (axes[code].sine == 0) continue;
-    const double other = -axes[code].separation, limit = error + errorOf(axes[code], code, size);
+    const double other = -axes[code].separation, limit = error + axisError(axes[code], code, size);
     EXPECT_GE(other, -limit) << "axis " << code << " separates them";
     // Faces are compared as they are, an edge must beat what it replaces by 5 %.
     const double wanted = chosen < 6 && code < 6    ? other
@@ -84,9 +45,9 @@ void expectValid(const SeparatingAxis& s, const Axes& axes, double size, referen
     EXPECT_LE(depth, wanted + limit) << "axis " << code << " is better than " << chosen;
   }
   const reference::Vec normal = toVec(s.normal);
-  EXPECT_NEAR(length(normal), 1, kTolerance);
+  EXPECT_NEAR(length(normal), 1, kBoxTolerance);
   const double along = dot(normal, axis.normal);
-  EXPECT_LE(length(normal - axis.normal * (along < 0 ? -1.0 : 1.0)), kTolerance / axis.sine);
+  EXPECT_LE(length(normal - axis.normal * (along < 0 ? -1.0 : 1.0)), kBoxTolerance / axis.sine);
   EXPECT_GE(dot(normal, bFromA), -error) << "the normal points from B to A";
 }
 
@@ -150,12 +111,12 @@ class FindSeparatingAxisTest : public DeviceTest {
       SCOPED_TRACE(i);
       EXPECT_EQ(contacts.count, 0);
       const SeparatingAxis& actual = out.result.axes[position];
-      const Axes axes = projectionsOf(p, pair);
+      const AxisProjections axes = projectionsOf(p, pair);
       const double size = pairSize(p, pair);
       expectValid(actual, axes, size, toVec(p.bFromA(pair)));
       const SeparatingAxis expected = separatingAxisReference(
           p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
-      if (isAmbiguous(axes, size)) {
+      if (isAmbiguousAxis(axes, size)) {
         ++ambiguous;
       } else {
         EXPECT_EQ(actual.code, expected.code);
@@ -281,7 +242,7 @@ TEST(FindSeparatingAxisReference, AgreesWithBullet) {
   const PairWorld p = randomBoxPairs(random, 2000);
   size_t separated = 0, faces = 0, edges = 0;
   for (const Pair& pair : p.pairs) {
-    if (pair.bucket != BUCKET_BOX_BOX || isAmbiguous(projectionsOf(p, pair), pairSize(p, pair))) continue;
+    if (pair.bucket != BUCKET_BOX_BOX || isAmbiguousAxis(projectionsOf(p, pair), pairSize(p, pair))) continue;
     const SeparatingAxis axis = separatingAxisReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA),
                                                         p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
     const auto boxOf = [&](uint body) {
@@ -308,11 +269,11 @@ TEST(FindSeparatingAxisReference, AgreesWithBullet) {
     ASSERT_LT(bullet.distance, 1) << "Bullet finds no contact";
     const auto code = static_cast<size_t>(axis.code);
     const AxisProjection chosen = projectionsOf(p, pair)[code];
-    const double error = errorOf(chosen, code, pairSize(p, pair));
+    const double error = axisError(chosen, code, pairSize(p, pair));
     EXPECT_GE(bullet.distance, -axis.normal.w - error);
     EXPECT_TRUE(axis.code < 6 || std::fabs(bullet.distance + axis.normal.w) <= error);
     EXPECT_LE((bullet.normal + btVector3(axis.normal.x, axis.normal.y, axis.normal.z)).length(),
-              2 * kTolerance / chosen.sine);
+              2 * kBoxTolerance / chosen.sine);
   }
   EXPECT_GT(separated, 100u);
   EXPECT_GT(faces, 100u);
