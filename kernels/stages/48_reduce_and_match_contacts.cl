@@ -55,6 +55,9 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
       const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
       const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
       const float4 bFromA = b.position - a.position;
+      // btSphereSphereCollisionAlgorithm clears its manifold: age and impulses of its point do not live on.
+      const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
+      if (!persistent) m.pointCount = 0;
       RawContacts raw = contacts[i];
       reduceContacts(&raw);
       for (int k = 0; k < raw.count; ++k) {
@@ -62,7 +65,7 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
         combine(&p, infoA.flags | infoB.flags, materialA, materialB);
         addPoint(&m, p);
       }
-      refreshPoints(&m, ra, rb, bFromA);
+      if (persistent) refreshPoints(&m, ra, rb, bFromA);
     }
     manifolds[i] = m;
   }
