@@ -35,8 +35,8 @@ RawContacts candidates(float4 normal, std::vector<float4> points) {
 // A box on a box, both without rotation, B half a unit below A; points are given on B, from A's centre.
 Stage48Input boxOnBox() {
   Stage48Input in;
-  const int brick = in.world.world.box({1, 0.25f, 1, 0});
-  in.world.add(brick, at(0, 0, 0), brick, at(0, -0.5f, 0));
+  const int upper = in.world.world.box({1, 0.25f, 1, 0}), lower = in.world.world.box({1, 0.25f, 1, 0});
+  in.world.add(upper, at(0, 0, 0), lower, at(0, -0.5f, 0));
   in.contacts.push_back(candidates({0, 1, 0, 0}, {}));
   return in;
 }
@@ -141,12 +141,17 @@ class MatchContactsTest : public DeviceTest {
 
 TEST_F(MatchContactsTest, NoOldManifoldSmall) {
   Stage48Input in = boxOnBox();
-  in.world.world.shape(0).breakingThreshold = 0.03f;
-  in.world.world.material(0).contactProcessingThreshold = 0.5f;
-  auto m = expectAsReference(in);
-  EXPECT_EQ(m[0].pointCount, 0);
-  EXPECT_EQ(m[0].breakingThreshold, 0.03f);
-  EXPECT_EQ(m[0].processingThreshold, 0.5f);
+  std::vector<Manifold> m;
+  for (const uint smaller : {1u, 0u}) {
+    in.world.world.shape(static_cast<int>(smaller)).breakingThreshold = 0.03f;
+    in.world.world.shape(static_cast<int>(1 - smaller)).breakingThreshold = 0.05f;
+    in.world.world.material(smaller).contactProcessingThreshold = 0.5f;
+    in.world.world.material(1 - smaller).contactProcessingThreshold = 0.7f;
+    m = expectAsReference(in);
+    EXPECT_EQ(m[0].pointCount, 0);
+    EXPECT_EQ(m[0].breakingThreshold, 0.03f);
+    EXPECT_EQ(m[0].processingThreshold, 0.5f);
+  }
 
   in.contacts[0] =
       candidates(kUp, {below(0.5f, 0.25f, -0.01f), below(-0.5f, 0, 0.029f), below(0, 0, 0.031f)});
