@@ -2,13 +2,13 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "gpu_engine/stages/10_apply_forces.h"
 
-#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <functional>
 #include <limits>
 
 #include "gpu_engine/stages/10_apply_forces_reference.h"
+#include "tests/support/bullet_convert.h"
 #include "tests/support/device_test.h"
 #include "tests/support/stage_bench.h"
 #include "tests/support/world_builder.h"
@@ -310,26 +310,24 @@ TEST(ApplyForcesReference, AgreesWithBullet) {
   const StepParams params = stepParamsOf({}, {}, false);
   const auto steps = applyForcesReference(params, in.infos.values, in.poses.values, in.velocities.values,
                                           in.forces.values, in.masses.values, in.dampings.values);
-  const auto vector = [](float4 v) { return btVector3(v.x, v.y, v.z); };
-  const auto distance = [&](float4 a, const btVector3& e) { return (vector(a) - e).length(); };
+  const auto distance = [](float4 a, const btVector3& e) { return (vectorOf(a) - e).length(); };
   btSphereShape shape(1);
   for (uint i = 0; i < in.bodyCount; ++i) {
-    const float4 inverse = in.masses.values[i].inverseInertiaLocal, q = in.poses.values[i].orientation;
+    const float4 inverse = in.masses.values[i].inverseInertiaLocal;
     btRigidBody::btRigidBodyConstructionInfo info(1 / inverse.w, nullptr, &shape,
                                                   {1 / inverse.x, 1 / inverse.y, 1 / inverse.z});
-    info.m_startWorldTransform.setRotation({q.x, q.y, q.z, q.w});
-    info.m_startWorldTransform.setOrigin(vector(in.poses.values[i].position));
+    info.m_startWorldTransform = transformOf(in.poses.values[i]);
     info.m_linearDamping = in.dampings.values[i].linear;
     info.m_angularDamping = in.dampings.values[i].angular;
     info.m_additionalDamping = in.infos.values[i].flags & BODY_ADDITIONAL_DAMPING;
     btRigidBody body(info);
-    body.setLinearVelocity(vector(in.velocities.values[i].linear));
-    body.setAngularVelocity(vector(in.velocities.values[i].angular));
+    body.setLinearVelocity(vectorOf(in.velocities.values[i].linear));
+    body.setAngularVelocity(vectorOf(in.velocities.values[i].angular));
     body.applyDamping(params.timeStep);
     btTransform predicted;
     body.predictIntegratedTransform(params.timeStep, predicted);
     btVector3 torqueImpulse =
-        vector(in.forces.values[i].torque) * body.getInvInertiaTensorWorld() * params.timeStep;
+        vectorOf(in.forces.values[i].torque) * body.getInvInertiaTensorWorld() * params.timeStep;
     const uint flags = in.infos.values[i].flags;
     if (flags & BODY_GYRO_EXPLICIT) {
       torqueImpulse -= body.computeGyroscopicForceExplicit(params.maxGyroscopicForce) *

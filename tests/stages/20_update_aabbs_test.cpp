@@ -10,6 +10,7 @@
 
 #include "gpu_engine/stages/20_update_aabbs_reference.h"
 #include "kernels/lib/bounds.h"
+#include "tests/support/bullet_convert.h"
 #include "tests/support/device_test.h"
 #include "tests/support/stage_bench.h"
 #include "tests/support/world_builder.h"
@@ -290,8 +291,6 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
   b.addRandom(random, what);
   b.add(b.sphere(1e7f), {});
   const WorldInput in = b.finish();
-  const auto vector = [](float4 v) { return btVector3(v.x, v.y, v.z); };
-
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
   btDbvtBroadphase broadphase;
@@ -301,13 +300,7 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
   std::vector<BodyStep> steps(in.bodyCount);
   for (uint i = 0; i < in.bodyCount; ++i) {
     const Shape& s = in.shapes.values[static_cast<size_t>(in.infos.values[i].shapeIndex)];
-    if (s.type == SHAPE_SPHERE) {
-      shapes.push_back(std::make_unique<btSphereShape>(s.extents.x));
-    } else if (s.type == SHAPE_BOX) {
-      shapes.push_back(std::make_unique<btBoxShape>(vector(s.extents)));
-    } else {
-      shapes.push_back(std::make_unique<btStaticPlaneShape>(vector(s.extents), s.extents.w));
-    }
+    shapes.push_back(bulletShapeOf(s));
     const float mass = in.infos.values[i].flags & BODY_INTEGRATED ? 1 : 0;
     bodies.push_back(std::make_unique<btRigidBody>(mass, nullptr, shapes.back().get()));
     int flags = bodies[i]->getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT;
@@ -315,13 +308,11 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
     if (in.infos.values[i].flags & BODY_KINEMATIC) flags |= btCollisionObject::CF_KINEMATIC_OBJECT;
     bodies[i]->setCollisionFlags(flags);
     bodies[i]->forceActivationState(in.activations.values[i].state);
-    const float4 q = in.poses.values[i].orientation;
-    bodies[i]->setWorldTransform(btTransform({q.x, q.y, q.z, q.w}, vector(in.poses.values[i].position)));
+    bodies[i]->setWorldTransform(transformOf(in.poses.values[i]));
     steps[i].predictedPosition = in.poses.values[i].position + uniform3(random, -1, 1);
     steps[i].predictedOrientation = randomTurn(random);
-    const float4 p = steps[i].predictedOrientation;
     bodies[i]->setInterpolationWorldTransform(
-        btTransform({p.x, p.y, p.z, p.w}, vector(steps[i].predictedPosition)));
+        transformOf({steps[i].predictedPosition, steps[i].predictedOrientation}));
     world.addCollisionObject(bodies[i].get());
   }
   for (const bool continuous : {true, false}) {
@@ -339,8 +330,8 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
       if (out.activations[i].state == STATE_DISABLE_SIMULATION)
         continue;  // Bullet's is still the one of its creation
       const float scale = static_cast<float>(proxy->m_aabbMax.length() + proxy->m_aabbMin.length());
-      EXPECT_LE((vector(out.aabbs[i].lower) - proxy->m_aabbMin).length(), 2 * kTolerance * scale) << i;
-      EXPECT_LE((vector(out.aabbs[i].upper) - proxy->m_aabbMax).length(), 2 * kTolerance * scale) << i;
+      EXPECT_LE((vectorOf(out.aabbs[i].lower) - proxy->m_aabbMin).length(), 2 * kTolerance * scale) << i;
+      EXPECT_LE((vectorOf(out.aabbs[i].upper) - proxy->m_aabbMax).length(), 2 * kTolerance * scale) << i;
     }
   }
   for (auto& body : bodies) world.removeCollisionObject(body.get());

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "gpu_engine/stages/30_find_pairs_reference.h"
+#include "tests/support/bullet_convert.h"
 #include "tests/support/device_test.h"
 #include "tests/support/stage_bench.h"
 #include "tests/support/world_builder.h"
@@ -313,12 +314,11 @@ TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
   btDbvtBroadphase broadphase;
-  const auto vector = [](float4 v) { return btVector3(v.x, v.y, v.z); };
   std::vector<uint> indices(count);
   std::vector<btBroadphaseProxy*> proxies(count);
   for (uint i = 0; i < count; ++i) {
     indices[i] = i;
-    proxies[i] = broadphase.createProxy(vector(b.aabbs[i].lower), vector(b.aabbs[i].upper),
+    proxies[i] = broadphase.createProxy(vectorOf(b.aabbs[i].lower), vectorOf(b.aabbs[i].upper),
                                         SPHERE_SHAPE_PROXYTYPE, &indices[i], b.world.info(i).filterGroup,
                                         b.world.info(i).filterMask, &dispatcher);
   }
@@ -326,7 +326,7 @@ TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
     for (uint i = 0; i < count; ++i) {
       const float4 by = uniform3(random, -0.3f, 0.3f);
       b.aabbs[i] = {b.aabbs[i].lower + by, b.aabbs[i].upper + by};
-      broadphase.setAabb(proxies[i], vector(b.aabbs[i].lower), vector(b.aabbs[i].upper), &dispatcher);
+      broadphase.setAabb(proxies[i], vectorOf(b.aabbs[i].lower), vectorOf(b.aabbs[i].upper), &dispatcher);
     }
     broadphase.calculateOverlappingPairs(&dispatcher);
     std::set<ulong> bullets;
@@ -341,8 +341,8 @@ TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
       EXPECT_EQ(bullets.count(key), 1u) << "Bullet lacks " << (key >> 32) << ", " << (uint)key;
     for (const ulong key : bullets) {
       const auto low = static_cast<uint>(key >> 32), high = static_cast<uint>(key);
-      if (!TestAabbAgainstAabb2(vector(b.aabbs[low].lower), vector(b.aabbs[low].upper),
-                                vector(b.aabbs[high].lower), vector(b.aabbs[high].upper))) {
+      if (!TestAabbAgainstAabb2(vectorOf(b.aabbs[low].lower), vectorOf(b.aabbs[low].upper),
+                                vectorOf(b.aabbs[high].lower), vectorOf(b.aabbs[high].upper))) {
         continue;
       }
       EXPECT_TRUE(std::binary_search(found.keys.begin(), found.keys.end(), key))

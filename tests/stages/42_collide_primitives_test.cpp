@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "gpu_engine/stages/42_collide_primitives_reference.h"
+#include "tests/support/bullet_convert.h"
 #include "tests/support/device_test.h"
 #include "tests/support/pair_world.h"
 #include "tests/support/stage_bench.h"
@@ -292,13 +293,7 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
   btCollisionDispatcher dispatcher(&configuration);
   btDbvtBroadphase broadphase;
   btCollisionWorld world(&dispatcher, &broadphase, &configuration);
-  const auto vector = [](float4 v) { return btVector3(v.x, v.y, v.z); };
   const float4 origin = {1000, -2000, 500, 0};  // near it, Bullet's world coordinates have digits to spare
-  const auto makeShape = [&](const Shape& s) -> std::unique_ptr<btCollisionShape> {
-    if (s.type == SHAPE_SPHERE) return std::make_unique<btSphereShape>(s.extents.x);
-    if (s.type == SHAPE_BOX) return std::make_unique<btBoxShape>(vector(s.extents));
-    return std::make_unique<btStaticPlaneShape>(vector(s.extents), s.extents.w);
-  };
   size_t compared[BUCKET_COUNT] = {};
   for (const Pair& pair : p.pairs) {
     if (pair.bucket < BUCKET_SPHERE_SPHERE || pair.bucket > BUCKET_SPHERE_BOX) continue;
@@ -311,11 +306,10 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
       poses[k] = p.world.pose(body);
       poses[k].position -= origin;
       shapes[k] = p.shapeOf(body);
-      bulletShapes[k] = makeShape(shapes[k]);
+      bulletShapes[k] = bulletShapeOf(shapes[k]);
       shapes[k].margin = static_cast<float>(bulletShapes[k]->getMargin());
-      const float4 q = poses[k].orientation;
       objects[k].setCollisionShape(bulletShapes[k].get());
-      objects[k].setWorldTransform(btTransform({q.x, q.y, q.z, q.w}, vector(poses[k].position)));
+      objects[k].setWorldTransform(transformOf(poses[k]));
     }
     const RawContacts raw =
         collidePrimitivesReference(pair.bucket, shapes[0], poses[0], shapes[1], poses[1], 0);
@@ -326,7 +320,7 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
       ++compared[pair.bucket];
       float nearest = 1e9f, distanceError = 0;
       for (int k = 0; k < raw.count; ++k) {
-        const btVector3 onB = vector(raw.points[k]) + vector(poses[0].position);
+        const btVector3 onB = vectorOf(raw.points[k]) + vectorOf(poses[0].position);
         const float apart = static_cast<float>((onB - point.getPositionWorldOnB()).length());
         if (apart >= nearest) continue;
         nearest = apart;
@@ -340,7 +334,7 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
       const float angle = epa ? std::sqrt(2e-4f / -static_cast<float>(point.getDistance())) : 1e-5f;
       EXPECT_LE(distanceError, epa ? 1e-4f : 1e-5f) << "bucket " << pair.bucket;
       EXPECT_LE(nearest, angle) << "bucket " << pair.bucket;
-      EXPECT_LE((vector(raw.normal) - point.m_normalWorldOnB).length(), angle) << "bucket " << pair.bucket;
+      EXPECT_LE((vectorOf(raw.normal) - point.m_normalWorldOnB).length(), angle) << "bucket " << pair.bucket;
     }
   }
   for (const uint bucket : {BUCKET_SPHERE_SPHERE, BUCKET_SPHERE_BOX, BUCKET_SPHERE_PLANE, BUCKET_BOX_PLANE}) {

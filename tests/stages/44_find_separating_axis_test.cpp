@@ -3,10 +3,10 @@
 #include "gpu_engine/stages/44_find_separating_axis.h"
 
 #include <BulletCollision/CollisionDispatch/btBoxBoxDetector.h>
-#include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include "gpu_engine/stages/44_find_separating_axis_reference.h"
 #include "tests/support/box_pairs.h"
+#include "tests/support/bullet_convert.h"
 #include "tests/support/device_test.h"
 #include "tests/support/stage_bench.h"
 
@@ -245,17 +245,10 @@ TEST(FindSeparatingAxisReference, AgreesWithBullet) {
     if (pair.bucket != BUCKET_BOX_BOX || isAmbiguousAxis(projectionsOf(p, pair), pairSize(p, pair))) continue;
     const SeparatingAxis axis = separatingAxisReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA),
                                                         p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
-    const auto boxOf = [&](uint body) {
-      const float4 e = p.shapeOf(body).extents;
-      return btBoxShape({e.x, e.y, e.z});
-    };
-    const auto transformOf = [&](float4 position, float4 q) {
-      return btTransform({q.x, q.y, q.z, q.w}, {position.x, position.y, position.z});
-    };
-    const btBoxShape a = boxOf(pair.bodyA), b = boxOf(pair.bodyB);
+    const btBoxShape a(vectorOf(p.shapeOf(pair.bodyA).extents)), b(vectorOf(p.shapeOf(pair.bodyB).extents));
     btDiscreteCollisionDetectorInterface::ClosestPointInput input;
-    input.m_transformA = transformOf({}, p.world.pose(pair.bodyA).orientation);
-    input.m_transformB = transformOf(p.bFromA(pair), p.world.pose(pair.bodyB).orientation);
+    input.m_transformA = transformOf({{}, p.world.pose(pair.bodyA).orientation});
+    input.m_transformB = transformOf({p.bFromA(pair), p.world.pose(pair.bodyB).orientation});
     DeepestPoint bullet;
     btBoxBoxDetector detector(&a, &b);
     detector.getClosestPoints(input, bullet, nullptr);
@@ -272,8 +265,7 @@ TEST(FindSeparatingAxisReference, AgreesWithBullet) {
     const double error = axisError(chosen, code, pairSize(p, pair));
     EXPECT_GE(bullet.distance, -axis.normal.w - error);
     EXPECT_TRUE(axis.code < 6 || std::fabs(bullet.distance + axis.normal.w) <= error);
-    EXPECT_LE((bullet.normal + btVector3(axis.normal.x, axis.normal.y, axis.normal.z)).length(),
-              2 * kBoxTolerance / chosen.sine);
+    EXPECT_LE((bullet.normal + vectorOf(axis.normal)).length(), 2 * kBoxTolerance / chosen.sine);
   }
   EXPECT_GT(separated, 100u);
   EXPECT_GT(faces, 100u);

@@ -3,13 +3,13 @@
 #include "gpu_engine/stages/46_clip_faces.h"
 
 #include <BulletCollision/CollisionDispatch/btBoxBoxDetector.h>
-#include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include <algorithm>
 
 #include "gpu_engine/stages/44_find_separating_axis_reference.h"
 #include "gpu_engine/stages/46_clip_faces_reference.h"
 #include "tests/support/box_pairs.h"
+#include "tests/support/bullet_convert.h"
 #include "tests/support/device_test.h"
 #include "tests/support/stage_bench.h"
 
@@ -256,17 +256,10 @@ TEST(ClipFacesReference, AgreesWithBullet) {
   for (const uint position : axes.overlapping) {
     const Pair& pair = p.pairs[axes.pairOf[position]];
     const SeparatingAxis& axis = axes.axes[position];
-    const auto boxOf = [&](uint body) {
-      const float4 e = p.shapeOf(body).extents;
-      return btBoxShape({e.x, e.y, e.z});
-    };
-    const auto transformOf = [&](float4 at, float4 q) {
-      return btTransform({q.x, q.y, q.z, q.w}, {at.x, at.y, at.z});
-    };
-    const btBoxShape a = boxOf(pair.bodyA), b = boxOf(pair.bodyB);
+    const btBoxShape a(vectorOf(p.shapeOf(pair.bodyA).extents)), b(vectorOf(p.shapeOf(pair.bodyB).extents));
     btDiscreteCollisionDetectorInterface::ClosestPointInput input;
-    input.m_transformA = transformOf({}, p.world.pose(pair.bodyA).orientation);
-    input.m_transformB = transformOf(p.bFromA(pair), p.world.pose(pair.bodyB).orientation);
+    input.m_transformA = transformOf({{}, p.world.pose(pair.bodyA).orientation});
+    input.m_transformB = transformOf({p.bFromA(pair), p.world.pose(pair.bodyB).orientation});
     BulletPoints bullet;
     btBoxBoxDetector detector(&a, &b);
     detector.getClosestPoints(input, bullet, nullptr);
