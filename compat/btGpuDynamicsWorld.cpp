@@ -128,6 +128,14 @@ std::vector<btGpuFallback> btGpuDynamicsWorld::fallbackReport() const {
 
 btGpuStatistics btGpuDynamicsWorld::statistics() const { return btgpu::findState(this)->statistics; }
 
+std::vector<btGpuStageTime> btGpuDynamicsWorld::takeProfile() {
+  std::vector<btGpuStageTime> times;
+  const auto state = btgpu::findState(this);
+  if (!state->engine) return times;
+  for (const auto& t : state->engine->takeProfile()) times.push_back({t.stage, t.milliseconds, t.launches});
+  return times;
+}
+
 void btGpuDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
   BT_PROFILE("internalSingleStepSimulation");
   if (m_internalPreTickCallback) (*m_internalPreTickCallback)(this, timeStep);

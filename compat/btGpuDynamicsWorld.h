@@ -49,6 +49,13 @@ struct btGpuStatistics {
   std::string m_device;  ///< name of the device; empty while none is in use
 };
 
+/// Device time of one stage of the step (docs/pipeline.md).
+struct btGpuStageTime {
+  std::string m_stage;          ///< "30_find_pairs"
+  double m_milliseconds = 0;    ///< on the device, sum over all steps since the profile was last taken
+  int m_launches = 0;
+};
+
 /// A btDiscreteDynamicsWorld whose steps run on an OpenCL device. It adds no member, so it is as large as its base.
 ATTRIBUTE_ALIGNED16(class)
 BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
@@ -68,6 +75,9 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   /// What did not run on the device since the world was made, by name; empty if everything did.
   std::vector<btGpuFallback> fallbackReport() const;
   btGpuStatistics statistics() const;
+
+  /// Stage times since the last call, in the order of the stages; empty unless btGpuSettings::m_profile is set.
+  std::vector<btGpuStageTime> takeProfile();
 
  protected:
   virtual void internalSingleStepSimulation(btScalar timeStep) override;

@@ -22,8 +22,8 @@ LIB float4 brake(float4 velocity, float limit) {
 }
 
 LIB void applyDamping(BodyDamping d, uint flags, float timeStep, REF(float4) linear, REF(float4) angular) {
-  *linear *= pow(1.0f - d.linear, timeStep);
-  *angular *= pow(1.0f - d.angular, timeStep);
+  if (d.linear != 0.0f) *linear *= pow(1.0f - d.linear, timeStep);
+  if (d.angular != 0.0f) *angular *= pow(1.0f - d.angular, timeStep);
   if (!(flags & BODY_ADDITIONAL_DAMPING)) return;
   if (lengthSqr3(*angular) < d.additionalAngularThresholdSqr && lengthSqr3(*linear) < d.additionalLinearThresholdSqr) {
     *angular *= d.additionalFactor;

@@ -52,12 +52,12 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
     }
     m.bucket = pair.bucket;
     if (pair.bucket != BUCKET_CARRY && pair.bucket != BUCKET_NONE) {
+      // Bullet's sphere-sphere algorithm keeps nothing from step to step, impulses neither.
+      const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
+      if (!persistent) m.pointCount = 0;
       const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
       const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
       const float4 bFromA = b.position - a.position;
-      // btSphereSphereCollisionAlgorithm clears its manifold: age and impulses of its point do not live on.
-      const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
-      if (!persistent) m.pointCount = 0;
       RawContacts raw = contacts[i];
       reduceContacts(&raw);
       for (int k = 0; k < raw.count; ++k) {

@@ -1,0 +1,88 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Zlib
+# SPDX-FileCopyrightText: 2026 The btgpu authors
+# Installs what is missing, builds, and runs the tests.
+#   scripts/test.sh               the tests that every change must pass
+#   scripts/test.sh --with-slice  and one item of the long list, another one each day (what CI does)
+#   scripts/test.sh --long        the whole long list; resumable: items that passed for this commit are not run again
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+mode=${1:-}
+case "$mode" in
+  ""|--with-slice|--long) ;;
+  *) echo "test: unknown option $mode; see the head of scripts/test.sh" >&2; exit 2 ;;
+esac
+
+build() {  # PRESET
+  [ -f "build/$1/build.ninja" ] || cmake --preset "$1" || return 1
+  cmake --build "build/$1"
+}
+
+run_short() {
+  scripts/setup.sh
+  build ci
+  ctest --test-dir build/ci --output-on-failure --label-exclude long -j 2
+}
+
+# ---- the long list: name, then a function item_<name> -----------------------------------------------------------
+long_items=(long_tests clang sanitizers threads tidy install)
+
+item_long_tests() {
+  build ci
+  ctest --test-dir build/ci --output-on-failure --label-regex long
+}
+item_clang() {
+  scripts/setup.sh clang
+  build ci-clang
+  ctest --test-dir build/ci-clang --output-on-failure --label-regex 'unit|stage' --label-exclude 'long|oclgrind' -j 2
+}
+item_sanitizers() {
+  build asan-ubsan
+  # Leaks of the OpenCL driver are not ours; everything else fails the test.
+  ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
+    ctest --test-dir build/asan-ubsan --output-on-failure --label-exclude 'long|oclgrind'
+}
+item_threads() {
+  build tsan
+  # PoCL's own threads are not instrumented: races are looked for where only our threads run.
+  TSAN_OPTIONS="halt_on_error=1 suppressions=$PWD/tests/support/tsan.supp" \
+    ctest --test-dir build/tsan --output-on-failure --label-regex threads
+}
+item_tidy() {
+  scripts/setup.sh clang-tidy
+  build ci
+  git ls-files 'gpu_engine/*.cpp' 'translation/*.cpp' 'compat/*.cpp' 'tools/*.cpp' 'samples/*.cpp' |
+    xargs -P 2 -n 4 clang-tidy -p build/ci --quiet
+}
+item_install() { tests/install/run.sh; }
+
+run_item() {  # NAME
+  echo "== long: $1"
+  local start=$SECONDS
+  "item_$1"
+  echo "== long: $1 passed in $((SECONDS - start)) s"
+}
+
+run_long() {
+  scripts/setup.sh
+  local state="build/long-$(git rev-parse --short HEAD)" log="benchmarks/results/test-long.log"
+  mkdir -p "$state" benchmarks/results
+  [ -n "$(ls "$state")" ] || : >"$log"
+  for item in "${long_items[@]}"; do
+    [ -e "$state/$item" ] && continue
+    run_item "$item" 2>&1 | tee "$state/$item.log"
+    { echo "$(git rev-parse --short HEAD), $(nproc) cores"; grep -E '^== long|tests passed|tests failed' "$state/$item.log"; } >>"$log"
+    touch "$state/$item"
+  done
+}
+
+case "$mode" in
+  --long) run_short; run_long ;;
+  --with-slice)
+    run_short
+    run_item "${long_items[$(($(date +%s) / 86400 % ${#long_items[@]}))]}"
+    ;;
+  *) run_short ;;
+esac
+echo "all tests passed"
