@@ -23,7 +23,7 @@ KERNEL updateAabbs(uint bodyCount, __global const StepParams* params, __global c
     BodyActivation activation = stateIn[i];
     Aabb box = emptyAabb();
     const Aabb old = oldAabbs[i];
-    if (isCollidable(body)) {
+    if (isCollidable(body) && shapes[body.shapeIndex].type != SHAPE_NONE) {
       const Shape shape = shapes[body.shapeIndex];
       box = grow(shapeAabb(shape, poses[i]), threshold);
       if ((params->flags & STEP_USE_CONTINUOUS) && (body.flags & BODY_RIGID) && !isStaticOrKinematic(body.flags)) {

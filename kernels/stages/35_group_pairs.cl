@@ -44,8 +44,7 @@ KERNEL describePairs(uint pairCapacity, __global const StepCounters* counters, u
     const BodyInfo lowInfo = infos[low], highInfo = infos[high];
     const int lowType = shapes[lowInfo.shapeIndex].type, highType = shapes[highInfo.shapeIndex].type;
     int lowIsA = lowInfo.uniqueId < highInfo.uniqueId;
-    if (lowType == SHAPE_PLANE) lowIsA = 0;
-    if (highType == SHAPE_PLANE) lowIsA = 1;
+    if ((lowType == SHAPE_PLANE) != (highType == SHAPE_PLANE)) lowIsA = highType == SHAPE_PLANE;
     Pair pair;
     pair.bodyA = lowIsA ? low : high;
     pair.bodyB = lowIsA ? high : low;

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "20_update_aabbs_reference.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "reference_maths.h"
+
+namespace btgpu {
+namespace {
+
+using namespace reference;
+
+constexpr double kPlaneExtent = 1e18;    // BT_LARGE_FLOAT, btStaticPlaneShape::getAabb
+constexpr double kLargestMoving = 1e12;  // squared diagonal, btCollisionWorld::updateSingleAabb
+
+struct Box {
+  Vec lower, upper;
+};
+
+Box boundsOf(const Shape& shape, float4 position, float4 orientation, double threshold) {
+  Vec centre = toVec(position), reach;
+  if (shape.type == SHAPE_PLANE) {
+    centre = {};
+    reach = {kPlaneExtent, kPlaneExtent, kPlaneExtent};
+  } else if (shape.type == SHAPE_SPHERE) {
+    reach = {shape.extents.x, shape.extents.x, shape.extents.x};
+  } else {
+    const Matrix r = rotationOf(orientation);
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec p = r * Vec{corner & 1 ? shape.extents.x : -shape.extents.x,
+                            corner & 2 ? shape.extents.y : -shape.extents.y,
+                            corner & 4 ? shape.extents.z : -shape.extents.z};
+      reach = {std::max(reach.x, p.x), std::max(reach.y, p.y), std::max(reach.z, p.z)};
+    }
+  }
+  const Vec by{threshold, threshold, threshold};
+  return {centre - reach - by, centre + reach + by};
+}
+
+Aabb noAabb() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  return {{kInfinity, kInfinity, kInfinity, 0}, {-kInfinity, -kInfinity, -kInfinity, 0}};
+}
+
+bool takesPart(const BodyInfo& body, const std::vector<Shape>& shapes) {
+  return (body.flags & BODY_PRESENT) && !(body.flags & BODY_QUARANTINED) && body.shapeIndex >= 0 &&
+         shapes[static_cast<size_t>(body.shapeIndex)].type != SHAPE_NONE;
+}
+
+// btCollisionObject::isActive
+bool isActive(int state) {
+  return state != STATE_SLEEPING && state != STATE_DISABLE_SIMULATION && state != STATE_FIXED_BASE;
+}
+
+// btCollisionWorld::updateSingleAabb, without the update of the broadphase.
+Box wantedBounds(const StepParams& params, const BodyInfo& body, const Shape& shape, const BodyPose& pose,
+                 const BodyStep& step) {
+  Box box = boundsOf(shape, pose.position, pose.orientation, params.contactThreshold);
+  const bool moves = (body.flags & BODY_RIGID) && !(body.flags & (BODY_STATIC | BODY_KINEMATIC));
+  if (!(params.flags & STEP_USE_CONTINUOUS) || !moves) return box;
+  const Box next =
+      boundsOf(shape, step.predictedPosition, step.predictedOrientation, params.contactThreshold);
+  for (int k = 0; k < 3; ++k) {
+    box.lower[k] = std::min(box.lower[k], next.lower[k]);
+    box.upper[k] = std::max(box.upper[k], next.upper[k]);
+  }
+  return box;
+}
+
+}  // namespace
+
+UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
+                                  const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
+                                  const std::vector<BodyStep>& steps,
+                                  const std::vector<BodyActivation>& activations,
+                                  const std::vector<Aabb>& oldAabbs) {
+  UpdatedAabbs out;
+  out.aabbs.assign(infos.size(), noAabb());
+  out.activations = activations;
+  for (size_t i = 0; i < infos.size(); ++i) {
+    if (!takesPart(infos[i], shapes)) continue;
+    const bool hasOld = oldAabbs[i].lower.x <= oldAabbs[i].upper.x;
+    // btCollisionWorld::updateAabbs leaves inactive bodies alone unless told to update all.
+    const bool skipped = !(params.flags & STEP_FORCE_ALL_AABBS) && !isActive(activations[i].state);
+    const Shape& shape = shapes[static_cast<size_t>(infos[i].shapeIndex)];
+    const Box box = wantedBounds(params, infos[i], shape, poses[i], steps[i]);
+    const Vec diagonal = box.upper - box.lower;
+    const bool inBounds = (infos[i].flags & BODY_STATIC) || dot(diagonal, diagonal) < kLargestMoving;
+    if (!skipped && !inBounds) {
+      // btCollisionObject::setActivationState does not touch these two.
+      int& state = out.activations[i].state;
+      if (state != STATE_DISABLE_DEACTIVATION && state != STATE_DISABLE_SIMULATION) {
+        state = STATE_DISABLE_SIMULATION;
+        ++out.outOfBounds;
+      }
+    }
+    const bool updated = !skipped && inBounds;
+    out.aabbs[i] = updated || !hasOld ? Aabb{toFloat4(box.lower), toFloat4(box.upper)} : oldAabbs[i];
+  }
+  return out;
+}
+
+}  // namespace btgpu

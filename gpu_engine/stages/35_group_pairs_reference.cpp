@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "35_group_pairs_reference.h"
+
+#include <algorithm>
+
+namespace btgpu {
+namespace {
+
+bool isActive(int state) {  // btCollisionObject::isActive
+  return state != STATE_SLEEPING && state != STATE_DISABLE_SIMULATION && state != STATE_FIXED_BASE;
+}
+
+uint bucketOf(int typeA, int typeB) {
+  struct Row {
+    int a, b;
+    uint bucket;
+  };
+  static const Row kTable[] = {{SHAPE_SPHERE, SHAPE_SPHERE, BUCKET_SPHERE_SPHERE},
+                               {SHAPE_SPHERE, SHAPE_PLANE, BUCKET_SPHERE_PLANE},
+                               {SHAPE_BOX, SHAPE_PLANE, BUCKET_BOX_PLANE},
+                               {SHAPE_SPHERE, SHAPE_BOX, BUCKET_SPHERE_BOX},
+                               {SHAPE_BOX, SHAPE_BOX, BUCKET_BOX_BOX}};
+  for (const Row& r : kTable) {
+    if ((r.a == typeA && r.b == typeB) || (r.a == typeB && r.b == typeA)) return r.bucket;
+  }
+  return BUCKET_NONE;
+}
+
+}  // namespace
+
+GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vector<ulong>& oldKeys,
+                                 const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
+                                 const std::vector<BodyActivation>& activations,
+                                 const std::vector<uint>& born) {
+  const auto typeOf = [&](uint body) { return shapes[static_cast<size_t>(infos[body].shapeIndex)].type; };
+  GroupedPairs out;
+  for (const ulong key : keys) {
+    uint a = static_cast<uint>(key >> 32), b = static_cast<uint>(key);
+    const auto old = std::find(oldKeys.begin(), oldKeys.end(), key);
+    const bool known = old != oldKeys.end() && !born[a] && !born[b];
+    const bool carried = !isActive(activations[a].state) && !isActive(activations[b].state);
+    // btBroadphasePair orders by proxy id; btConvexPlaneCollisionAlgorithm makes its manifold with the plane
+    // last.
+    if (infos[b].uniqueId < infos[a].uniqueId) std::swap(a, b);
+    if (typeOf(a) == SHAPE_PLANE && typeOf(b) != SHAPE_PLANE) std::swap(a, b);
+    out.pairs.push_back({a, b, known ? static_cast<uint>(old - oldKeys.begin()) : NO_INDEX,
+                         carried ? BUCKET_CARRY : bucketOf(typeOf(a), typeOf(b))});
+  }
+  for (uint bucket = 0; bucket <= BUCKET_COUNT; ++bucket) {
+    out.bucketFirst.push_back(static_cast<uint>(out.items.size()));
+    for (uint i = 0; i < out.pairs.size(); ++i) {
+      if (out.pairs[i].bucket == bucket) out.items.push_back(i);
+    }
+  }
+  return out;
+}
+
+}  // namespace btgpu

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "gpu_engine/stages/42_collide_primitives.h"
+
+#include <btBulletCollisionCommon.h>
+
+#include <memory>
+
+#include "gpu_engine/stages/42_collide_primitives_reference.h"
+#include "tests/support/bullet_convert.h"
+#include "tests/support/device_test.h"
+#include "tests/support/pair_world.h"
+#include "tests/support/stage_bench.h"
+
+namespace btgpu {
+namespace {
+
+// A coordinate is a sum of rotated vectors that are no longer than the pair's size, with some 16 roundings on
+// the way.
+constexpr float kTolerance = 1e-6f;
+
+class CollidePrimitivesTest : public DeviceTest {
+ protected:
+  std::vector<RawContacts> device(const PairWorld& p, uint overflow = 0, uint shapeTypes = ~0u) {
+    Capacities room;
+    room.pairs = p.pairs.size() + m_spare;
+    StageBench bench(queue(), p.world.finish(), {}, room);
+    bench.setPairs(p.pairs);
+    bench.setOldManifolds(p.oldManifolds);
+    bench.poison(bench.world().contacts);
+    StepCounters counters = bench.counters();
+    counters.overflow = overflow;
+    bench.setCounters(counters);
+    bench.run<CollidePrimitives>(shapeTypes);
+    auto contacts = bench.read(bench.world().contacts);
+    for (size_t i = p.pairs.size(); i < contacts.size(); ++i)
+      EXPECT_TRUE(StageBench::isPoison(contacts[i])) << i;
+    contacts.resize(p.pairs.size());
+    return contacts;
+  }
+
+  static std::vector<RawContacts> reference(const PairWorld& p) {
+    RawContacts poison;
+    std::memset(static_cast<void*>(&poison), StageBench::kPoison, sizeof poison);
+    std::vector<RawContacts> contacts(p.pairs.size(), poison);
+    const WorldInput in = p.world.finish();
+    collidePrimitivesReference(p.pairs, in.infos.values, in.shapes.values, in.poses.values, p.oldManifolds,
+                               contacts);
+    return contacts;
+  }
+
+  std::vector<RawContacts> expectAsReference(const PairWorld& p) {
+    const auto actual = device(p), expected = reference(p);
+    for (size_t i = 0; i < p.pairs.size(); ++i) {
+      SCOPED_TRACE(i);
+      if (StageBench::isPoison(expected[i])) {
+        EXPECT_TRUE(StageBench::isPoison(actual[i]));  // another stage's bucket
+        continue;
+      }
+      const Pair& pair = p.pairs[i];
+      expectSame(actual[i], expected[i], p.shapeOf(pair.bodyA), p.shapeOf(pair.bodyB), p.bFromA(pair));
+    }
+    return actual;
+  }
+
+  static void expectSame(const RawContacts& a, const RawContacts& e, const Shape& shapeA, const Shape& shapeB,
+                         float4 bFromA) {
+    ASSERT_EQ(a.count, e.count);
+    if (e.count == 0) return;
+    const float size = sizeOf(bFromA) + reachOf(shapeA) + reachOf(shapeB);
+    // The normal of sphere and box is a difference of points, divided by its length: it has their error.
+    float normalTolerance = kTolerance;
+    if (shapeA.type != shapeB.type && shapeB.type != SHAPE_PLANE) {
+      const Shape& sphere = shapeA.type == SHAPE_SPHERE ? shapeA : shapeB;
+      const float gap =
+          e.points[0].w + sphere.extents.x + (shapeA.type == SHAPE_BOX ? shapeA : shapeB).margin;
+      if (gap > 0) normalTolerance += kTolerance * size / gap;
+    }
+    EXPECT_LE(sizeOf(a.normal - e.normal), normalTolerance);
+    EXPECT_EQ(a.normal.w, 0);
+    for (int k = 0; k < e.count; ++k) {
+      EXPECT_LE(sizeOf(a.points[k] - e.points[k]), kTolerance * size + normalTolerance * reachOf(shapeB))
+          << k;
+      EXPECT_NEAR(a.points[k].w, e.points[k].w, kTolerance * size) << k;
+    }
+  }
+  static float reachOf(const Shape& s) {
+    return s.type == SHAPE_PLANE ? std::fabs(s.extents.w) : sizeOf(xyzOf(s.extents));
+  }
+
+  size_t m_spare = 5;
+};
+
+TEST_F(CollidePrimitivesTest, TwoSpheresSmall) {
+  PairWorld p;
+  const int unit = p.world.sphere(1), half = p.world.sphere(0.5f);
+  const size_t overlapping = p.add(unit, at(1, 0, 0), half, at(2, 0, 0));
+  const size_t touching = p.add(unit, at(0, 0, 0), half, at(0, -1.5f, 0));
+  const size_t apart = p.add(unit, at(0, 0, 0), half, at(0, 0, 1.5001f));
+  p.addOldManifold(0.5f);  // spheres must touch whatever the manifold says
+  const size_t concentric = p.add(unit, at(3, 3, 3), half, at(3, 3, 3));
+  p.add(unit, at(0, 0, 0), half, at(1e-7f, 0, 0));                          // within Bullet's epsilon
+  p.add(unit, at(0, 0, 0), half, at(0, 0, 1.3e-7f));                        // beyond it
+  p.add(unit, at(1e4f, -2e4f, 3e4f), half, at(1e4f + 1.25f, -2e4f, 3e4f));  // no digits are lost far out
+  const auto raw = expectAsReference(p);
+  EXPECT_TRUE(equal(raw[overlapping].normal, float4{-1, 0, 0, 0}));
+  EXPECT_TRUE(equal(raw[overlapping].points[0], float4{0.5f, 0, 0, -0.5f}));
+  EXPECT_EQ(raw[touching].count, 1);
+  EXPECT_EQ(raw[touching].points[0].w, 0);
+  EXPECT_EQ(raw[apart].count, 0);
+  EXPECT_TRUE(equal(raw[concentric].normal, float4{1, 0, 0, 0}));
+  EXPECT_EQ(raw[concentric].points[0].w, -1.5f);
+}
+
+TEST_F(CollidePrimitivesTest, SphereOnPlaneSmall) {
+  PairWorld p;
+  const int ball = p.world.sphere(0.5f), floor = p.world.plane({0, 1, 0, 0}, 2);
+  const size_t inside = p.add(ball, at(7, 2.25f, 0), floor, at(0, 0, 0));
+  const size_t above = p.add(ball, at(0, 2.515f, 0), floor, at(0, 0, 0));
+  p.add(ball, at(0, 2.525f, 0), floor, at(0, 0, 0));  // beyond the threshold of 0.02
+  const size_t farther = p.add(ball, at(0, 2.525f, 0), floor, at(0, 0, 0));
+  p.addOldManifold(0.03f);
+  p.add(ball, at(0, 2.515f, 0), floor, at(0, 0, 0));
+  p.addOldManifold(0.01f);
+  p.add(ball, at(0, -50, 0), floor, at(1, 2, 3));                               // far below
+  p.add(ball, at(1, 2, 3), floor, at(1, 0.5f, 0, turnAbout({0, 0, 1, 0}, 1)));  // a tilted, moved plane
+  p.add(ball, at(5, -2, 3), floor, at(4, -3.5f, 2, turnAbout({1, 2, 3, 0}, 2)));
+  const auto raw = expectAsReference(p);
+  EXPECT_TRUE(equal(raw[inside].points[0], float4{0, -0.25f, 0, -0.25f}));
+  EXPECT_EQ(raw[above].count, 1);
+  EXPECT_EQ(raw[above + 1].count, 0);
+  EXPECT_EQ(raw[farther].count, 1);
+  EXPECT_EQ(raw[farther + 1].count, 0);
+}
+
+TEST_F(CollidePrimitivesTest, BoxOnPlaneSmall) {
+  PairWorld p;
+  const int brick = p.world.box({0.5f, 1, 2, 0}), sheet = p.world.box({1, 1e-3f, 1, 0}, 1e-4f);
+  const int floor = p.world.plane({0, 1, 0, 0}, 0);
+  const float4 onEdge = turnAbout({0, 0, 1, 0}, 0.78539816f), onCorner = turnAbout({1, 0.3f, -0.8f, 0}, 0.7f);
+  const size_t flat = p.add(brick, at(0, 0.99f, 0), floor, at(0, 0, 0));
+  const size_t edge = p.add(brick, at(0, 1.06f, 0, onEdge), floor, at(0, 0, 0));
+  p.add(brick, at(0, 1.7f, 0, onCorner), floor, at(0, 0, 0));
+  const size_t thin = p.add(sheet, at(0, 1e-3f, 0), floor, at(0, 0, 0));
+  const size_t sunk = p.add(brick, at(3, -5, 2, onCorner), floor, at(1, 1, 1));
+  const size_t above = p.add(brick, at(0, 1.03f, 0), floor, at(0, 0, 0));
+  const size_t within = p.add(brick, at(0, 1.03f, 0), floor, at(0, 0, 0));
+  p.addOldManifold(0.04f);
+  const auto raw = expectAsReference(p);
+  EXPECT_EQ(raw[flat].count, 4);
+  EXPECT_EQ(raw[edge].count, 2);
+  EXPECT_EQ(raw[thin].count, 8);  // both faces lie within the threshold
+  EXPECT_EQ(raw[sunk].count, 8);
+  EXPECT_EQ(raw[above].count, 0);
+  EXPECT_EQ(raw[within].count, 4);
+}
+
+TEST_F(CollidePrimitivesTest, SphereAndBoxSmall) {
+  PairWorld p;
+  const int ball = p.world.sphere(0.5f), brick = p.world.box({1, 2, 3, 0}, 0.125f);
+  const int sheet = p.world.box({1, 1e-3f, 1, 0}, 1e-4f), sharp = p.world.box({1, 1, 1, 0}, 0);
+  const float4 turn = turnAbout({1, -2, 0.5f, 0}, 0.9f);
+  struct Place {
+    float x, y, z;
+  };
+  // Outside a face, an edge, a corner; between the core and the surface; in the core near each face; the
+  // centre.
+  const Place places[] = {{1.4f, 0, 0},        {0, -2.4f, 0},     {0, 0, 3.4f},  {1.3f, 2.3f, 0},
+                          {1.2f, -2.2f, 3.2f}, {-1.1f, 0, -3.3f}, {0.95f, 0, 0}, {0.5f, 0, 0},
+                          {-0.5f, 0, 0},       {0, 1.8f, 0},      {0, -1.8f, 0}, {0, 0, 2.8f},
+                          {0, 0, -2.8f},       {1.51f, 0, 0},     {1.53f, 0, 0}, {0, 0, 0}};
+  for (const Place& s : places) {
+    p.add(ball, at(s.x, s.y, s.z), brick, at(0, 0, 0));
+    p.add(brick, at(0, 0, 0), ball, at(s.x, s.y, s.z));
+    p.add(ball, at(s.x, s.y, s.z, turn), brick, at(0.25f, -0.5f, 0.125f, turn));
+    p.add(brick, at(0.25f, -0.5f, 0.125f, turn), ball, at(s.x, s.y, s.z));
+  }
+  p.add(sheet, at(0, 0, 0, turn), ball, at(0, 0.3f, 0));
+  p.add(ball, at(0, 0, 0), sharp, at(1.25f, 0, 0));
+  p.add(ball, at(0, 0, 0), sharp, at(1.25f, 1.25f, 1.25f));
+  const auto raw = expectAsReference(p);
+  // On the box's face, half way out of the core, from either side.
+  EXPECT_TRUE(equal(raw[0].normal, float4{1, 0, 0, 0}));
+  EXPECT_NEAR(raw[0].points[0].w, -0.1f, 1e-6f);
+  EXPECT_NEAR(raw[0].points[0].x, -0.4f, 1e-6f);  // the box's surface, from the ball
+  EXPECT_TRUE(equal(raw[1].normal, float4{-1, 0, 0, 0}));
+  EXPECT_NEAR(raw[1].points[0].x, 0.9f, 1e-6f);  // the ball's surface, from the box
+  EXPECT_EQ(raw[4 * 13].count, 1);               // 0.01 apart
+  EXPECT_EQ(raw[4 * 14].count, 0);               // 0.03 apart
+}
+
+// Every kind of pair in turn, random poses near contact. Pairs in which a decision is closer than 1e-4 are
+// left out.
+PairWorld randomPairs(std::mt19937& random, size_t count) {
+  PairWorld p;
+  const auto shape = [&](uint kind) {
+    if (kind == 0) return p.world.sphere(uniform(random, 0.2f, 1));
+    const float4 half = uniform3(random, 0.1f, 1);
+    return p.world.box(half, 0.1f * std::fmin(half.x, std::fmin(half.y, half.z)));
+  };
+  const auto pose = [&](float extent) {
+    return BodyPose{uniform3(random, -extent, extent), randomTurn(random)};
+  };
+  const float4 far = {1000, -2000, 500, 0};
+  while (p.pairs.size() < count) {
+    const uint kind = static_cast<uint>(p.pairs.size()) % 6;
+    BodyPose a = pose(1), b = pose(1);
+    a.position += far;
+    b.position += far;
+    if (kind >= 4) {
+      const float4 n = uniform3(random, -1, 1);
+      p.add(shape(kind - 4), a, p.world.plane(n / sizeOf(n), uniform(random, -1, 1)), b);
+    } else {
+      p.add(shape(kind & 1), a, shape(kind >> 1), b);
+    }
+    for (const uint body : {p.pairs.back().bodyA, p.pairs.back().bodyB}) {
+      p.world.shape(p.world.info(body).shapeIndex).breakingThreshold = uniform(random, 0.005f, 0.2f);
+    }
+    if (random() % 3 == 0) p.addOldManifold(uniform(random, 0.005f, 0.2f));
+    Pair& pair = p.pairs.back();
+    const auto contacts = [&](float by) {
+      Shape s = p.shapeOf(pair.bodyA);
+      const Shape t = p.shapeOf(pair.bodyB);
+      const float threshold = pair.oldManifold != NO_INDEX
+                                  ? p.oldManifolds.back().breakingThreshold
+                                  : std::fmin(s.breakingThreshold, t.breakingThreshold);
+      if (pair.bucket == BUCKET_SPHERE_SPHERE) s.extents.x += by;
+      return collidePrimitivesReference(pair.bucket, s, p.world.pose(pair.bodyA), t, p.world.pose(pair.bodyB),
+                                        threshold + by)
+          .count;
+    };
+    if (contacts(1e-4f) != contacts(-1e-4f)) pair.bucket = BUCKET_NONE;
+  }
+  return p;
+}
+
+TEST_F(CollidePrimitivesTest, RandomSmall) {
+  std::mt19937 random(1);
+  expectAsReference(randomPairs(random, 32));
+}
+
+TEST_F(CollidePrimitivesTest, RandomOfAllCounts) {
+  std::mt19937 random(2);
+  for (const size_t count : {0u, 1u, 31u, 33u, 127u, 128u, 129u, 2500u}) {
+    const PairWorld p = randomPairs(random, count);
+    m_spare = count % 2;
+    SCOPED_TRACE(count);
+    const auto raw = expectAsReference(p);
+    if (count < 1000) continue;
+    // Both outcomes are there for each kind, and few pairs were left out.
+    size_t some[BUCKET_COUNT] = {}, none[BUCKET_COUNT] = {};
+    for (size_t i = 0; i < count; ++i) ++(raw[i].count > 0 ? some : none)[p.pairs[i].bucket];
+    for (const uint bucket :
+         {BUCKET_SPHERE_SPHERE, BUCKET_SPHERE_BOX, BUCKET_SPHERE_PLANE, BUCKET_BOX_PLANE}) {
+      EXPECT_GT(some[bucket], 50u) << bucket;
+      EXPECT_GT(none[bucket], 10u) << bucket;
+    }
+    EXPECT_LT(some[BUCKET_NONE] + none[BUCKET_NONE], count / 100);
+  }
+}
+
+TEST_F(CollidePrimitivesTest, NothingAfterAnOverflowSmall) {
+  std::mt19937 random(3);
+  for (const RawContacts& raw : device(randomPairs(random, 12), OVERFLOW_PAIRS))
+    EXPECT_TRUE(StageBench::isPoison(raw));
+}
+
+TEST_F(CollidePrimitivesTest, OnlyShapesOfTheWorldAreLookedAt) {
+  std::mt19937 random(4);
+  const PairWorld p = randomPairs(random, 60);
+  const auto raw = device(p, 0, 1u << SHAPE_SPHERE | 1u << SHAPE_BOX);
+  for (size_t i = 0; i < raw.size(); ++i) {
+    const uint bucket = p.pairs[i].bucket;
+    EXPECT_EQ(StageBench::isPoison(raw[i]), bucket != BUCKET_SPHERE_SPHERE && bucket != BUCKET_SPHERE_BOX)
+        << i;
+  }
+}
+
+// The reference itself against Bullet's algorithms for the same pair, as its default dispatcher chooses them.
+struct BulletContacts : btCollisionWorld::ContactResultCallback {
+  std::vector<btManifoldPoint> points;
+  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
+    points.push_back(point);
+    return 0;
+  }
+};
+
+TEST(CollidePrimitivesReference, AgreesWithBullet) {
+  std::mt19937 random(5);
+  const PairWorld p = randomPairs(random, 1200);
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btCollisionWorld world(&dispatcher, &broadphase, &configuration);
+  const float4 origin = {1000, -2000, 500, 0};  // near it, Bullet's world coordinates have digits to spare
+  size_t compared[BUCKET_COUNT] = {};
+  for (const Pair& pair : p.pairs) {
+    if (pair.bucket < BUCKET_SPHERE_SPHERE || pair.bucket > BUCKET_SPHERE_BOX) continue;
+    BodyPose poses[2];
+    Shape shapes[2];
+    std::unique_ptr<btCollisionShape> bulletShapes[2];
+    btCollisionObject objects[2];
+    for (int k = 0; k < 2; ++k) {
+      const uint body = k == 0 ? pair.bodyA : pair.bodyB;
+      poses[k] = p.world.pose(body);
+      poses[k].position -= origin;
+      shapes[k] = p.shapeOf(body);
+      bulletShapes[k] = bulletShapeOf(shapes[k]);
+      shapes[k].margin = static_cast<float>(bulletShapes[k]->getMargin());
+      objects[k].setCollisionShape(bulletShapes[k].get());
+      objects[k].setWorldTransform(transformOf(poses[k]));
+    }
+    const RawContacts raw =
+        collidePrimitivesReference(pair.bucket, shapes[0], poses[0], shapes[1], poses[1], 0);
+    BulletContacts bullet;
+    world.contactPairTest(&objects[0], &objects[1], bullet);
+    for (const btManifoldPoint& point : bullet.points) {
+      if (point.getDistance() > 0) continue;
+      ++compared[pair.bucket];
+      float nearest = 1e9f, distanceError = 0;
+      for (int k = 0; k < raw.count; ++k) {
+        const btVector3 onB = vectorOf(raw.points[k]) + vectorOf(poses[0].position);
+        const float apart = static_cast<float>((onB - point.getPositionWorldOnB()).length());
+        if (apart >= nearest) continue;
+        nearest = apart;
+        distanceError = std::fabs(raw.points[k].w - static_cast<float>(point.getDistance()));
+      }
+      // A sphere with its centre in the box goes through EPA, which stops within 1e-4 of the depth; around
+      // the least depth that leaves the normal an angle of sqrt(2 * 1e-4 / depth). All else is closed form or
+      // GJK.
+      const Shape& sphere = shapes[0].type == SHAPE_SPHERE ? shapes[0] : shapes[1];
+      const bool epa = pair.bucket == BUCKET_SPHERE_BOX && point.getDistance() < -sphere.extents.x;
+      const float angle = epa ? std::sqrt(2e-4f / -static_cast<float>(point.getDistance())) : 1e-5f;
+      EXPECT_LE(distanceError, epa ? 1e-4f : 1e-5f) << "bucket " << pair.bucket;
+      EXPECT_LE(nearest, angle) << "bucket " << pair.bucket;
+      EXPECT_LE((vectorOf(raw.normal) - point.m_normalWorldOnB).length(), angle) << "bucket " << pair.bucket;
+    }
+  }
+  for (const uint bucket : {BUCKET_SPHERE_SPHERE, BUCKET_SPHERE_BOX, BUCKET_SPHERE_PLANE, BUCKET_BOX_PLANE}) {
+    EXPECT_GT(compared[bucket], 50u) << bucket;
+  }
+}
+
+}  // namespace
+}  // namespace btgpu

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "gpu_engine/stages/44_find_separating_axis.h"
+
+#include <BulletCollision/CollisionDispatch/btBoxBoxDetector.h>
+
+#include "gpu_engine/stages/44_find_separating_axis_reference.h"
+#include "tests/support/box_pairs.h"
+#include "tests/support/bullet_convert.h"
+#include "tests/support/device_test.h"
+#include "tests/support/stage_bench.h"
+
+namespace btgpu {
+namespace {
+
+using reference::dot;
+using reference::toVec;
+
+// What must hold for any choice: no axis separates the boxes, none is clearly better, and the overlap and the
+// direction are those of the axis.
+void expectValid(const SeparatingAxis& s, const AxisProjections& axes, double size, reference::Vec bFromA) {
+  double largest = -1e18, slack = 0;
+  for (size_t code = 0; code < 15; ++code) {
+    if (axes[code].separation <= largest) continue;
+    largest = axes[code].separation;
+    slack = axisError(axes[code], code, size);
+  }
+  if (s.code < 0) {
+    EXPECT_GT(largest, -slack) << "no axis separates these boxes";
+    return;
+  }
+  ASSERT_LT(s.code, 15);
+  const auto chosen = static_cast<size_t>(s.code);
+  const AxisProjection& axis = axes[chosen];
+  const double error = axisError(axis, chosen, size), depth = s.normal.w;
+  EXPECT_NEAR(depth, -axis.separation, error);
+  for (size_t code = 0; code < 15; ++code) {
+    if (axes[code].sine == 0) continue;
+    const double other = -axes[code].separation, limit = error + axisError(axes[code], code, size);
+    EXPECT_GE(other, -limit) << "axis " << code << " separates them";
+    // Faces are compared as they are, an edge must beat what it replaces by 5 %.
+    const double wanted = chosen < 6 && code < 6    ? other
+                          : chosen >= 6 && code < 6 ? other / 1.05
+                                                    : other * 1.05;
+    EXPECT_LE(depth, wanted + limit) << "axis " << code << " is better than " << chosen;
+  }
+  const reference::Vec normal = toVec(s.normal);
+  EXPECT_NEAR(length(normal), 1, kBoxTolerance);
+  const double along = dot(normal, axis.normal);
+  EXPECT_LE(length(normal - axis.normal * (along < 0 ? -1.0 : 1.0)), kBoxTolerance / axis.sine);
+  EXPECT_GE(dot(normal, bFromA), -error) << "the normal points from B to A";
+}
+
+struct Outcome {
+  SeparatingAxes result;
+  std::vector<RawContacts> contacts;
+  uint overlapCount;
+};
+
+class FindSeparatingAxisTest : public DeviceTest {
+ protected:
+  Outcome device(const PairWorld& p, size_t spare = 5, uint overflow = 0) {
+    Capacities room;
+    room.pairs = p.pairs.size() + spare;
+    StageBench bench(queue(), p.world.finish(), {}, room);
+    DeviceWorld& w = bench.world();
+    bench.setPairs(p.pairs);
+    w.axes.resize(queue(), room.pairs);
+    w.overlapping.resize(queue(), room.pairs);
+    w.overlapCount.resize(queue(), 1);
+    bench.poison(w.axes);
+    bench.poison(w.overlapping);
+    bench.poison(w.overlapCount);
+    bench.poison(w.contacts);
+    StepCounters counters = bench.counters();
+    counters.overflow = overflow;
+    bench.setCounters(counters);
+    bench.run<FindSeparatingAxis>();
+    Outcome out{{bench.read(w.axes), bench.read(w.overlapping)},
+                bench.read(w.contacts),
+                bench.read(w.overlapCount, 1).front()};
+    const size_t boxPairs = overflow ? 0 : boxPairsOf(p);
+    for (size_t k = boxPairs; k < out.result.axes.size(); ++k) {
+      EXPECT_TRUE(StageBench::isPoison(out.result.axes[k])) << k;
+    }
+    for (size_t k = out.overlapCount; k < out.result.overlapping.size(); ++k) {
+      EXPECT_TRUE(StageBench::isPoison(out.result.overlapping[k])) << k;
+    }
+    out.result.axes.resize(boxPairs);
+    out.result.overlapping.resize(std::min<size_t>(out.overlapCount, out.result.overlapping.size()));
+    return out;
+  }
+
+  static size_t boxPairsOf(const PairWorld& p) {
+    return static_cast<size_t>(std::count_if(p.pairs.begin(), p.pairs.end(),
+                                             [](const Pair& q) { return q.bucket == BUCKET_BOX_BOX; }));
+  }
+
+  // Returns how many pairs had more than one acceptable axis.
+  size_t expectAsReference(const PairWorld& p, size_t spare = 5) {
+    const Outcome out = device(p, spare);
+    size_t position = 0, ambiguous = 0;
+    std::vector<uint> overlapping;
+    for (size_t i = 0; i < p.pairs.size(); ++i) {
+      const Pair& pair = p.pairs[i];
+      RawContacts contacts = out.contacts[i];
+      if (pair.bucket != BUCKET_BOX_BOX) {
+        EXPECT_TRUE(StageBench::isPoison(contacts)) << i;
+        continue;
+      }
+      SCOPED_TRACE(i);
+      EXPECT_EQ(contacts.count, 0);
+      const SeparatingAxis& actual = out.result.axes[position];
+      const AxisProjections axes = projectionsOf(p, pair);
+      const double size = pairSize(p, pair);
+      expectValid(actual, axes, size, toVec(p.bFromA(pair)));
+      const SeparatingAxis expected = separatingAxisReference(
+          p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
+      if (isAmbiguousAxis(axes, size)) {
+        ++ambiguous;
+      } else {
+        EXPECT_EQ(actual.code, expected.code);
+      }
+      if (actual.code >= 0) overlapping.push_back(static_cast<uint>(position));
+      ++position;
+    }
+    EXPECT_EQ(out.result.overlapping, overlapping);
+    return ambiguous;
+  }
+};
+
+TEST_F(FindSeparatingAxisTest, HandMadeSmall) {
+  const PairWorld p = exactBoxPairs();
+  expectAsReference(p);
+  const Outcome out = device(p);
+  const auto axisOf = [&](uint k) { return out.result.axes[k < kOtherBucket ? k : k - 1]; };
+  const auto expect = [&](ExactBoxPair k, int code, float4 normalAndDepth) {
+    EXPECT_EQ(axisOf(k).code, code) << "pair " << k;
+    EXPECT_LE(sizeOf(axisOf(k).normal - normalAndDepth), 1e-6f) << "pair " << k;
+    // An edge axis is widened by kEdgeSlack times the four half extents that lie across the edges.
+    EXPECT_NEAR(axisOf(k).normal.w, normalAndDepth.w, code < 6 ? 2e-6f : 4e-5f + 2e-6f) << "pair " << k;
+  };
+  expect(kSameCube, 0, {1, 0, 0, 2});
+  expect(kTouchingFaces, 2, {0, 0, 1, 0});
+  EXPECT_EQ(axisOf(kOneUlpApart).code, -1);
+  expect(kTouchingEdges, 0, {-1, 0, 0, 0});
+  expect(kTouchingCorner, 0, {-1, 0, 0, 0});
+  expect(kStacked, 1, {0, 1, 0, 0.25f});
+  expect(kOverhanging, 1, {0, 1, 0, 0.25f});
+  expect(kStackedTurned, 1, {0, -1, 0, 0.25f});
+  expect(kThinOnThin, 1, {0, 1, 0, 1e-3f});
+  expect(kEdgeOnEdge, 8, {0, 1, 0, 0.25f});
+  EXPECT_EQ(axisOf(kEdgeOverEdge).code, -1);
+  expect(kDiamondOnTop, 1, {0, 1, 0, 0.25f});
+  EXPECT_EQ(axisOf(kFarApart).code, -1);
+}
+
+TEST_F(FindSeparatingAxisTest, NoBoxPairsSmall) {
+  PairWorld p;
+  const int ball = p.world.sphere(1);
+  EXPECT_EQ(device(p).overlapCount, 0u);
+  for (int k = 0; k < 5; ++k) p.add(ball, at(0, 0, 0), ball, at(1, 0, 0));
+  expectAsReference(p);
+  EXPECT_EQ(device(p).overlapCount, 0u);
+}
+
+TEST_F(FindSeparatingAxisTest, NothingAfterAnOverflowSmall) {
+  const Outcome out = device(exactBoxPairs(), 5, OVERFLOW_PAIRS);
+  EXPECT_EQ(out.overlapCount, 0u);
+  for (const RawContacts& raw : out.contacts) EXPECT_TRUE(StageBench::isPoison(raw));
+}
+
+TEST_F(FindSeparatingAxisTest, EachKindOfPose) {
+  std::mt19937 random(1);
+  for (const BoxPose kind :
+       {BoxPose::Anyhow, BoxPose::Resting, BoxPose::Aligned, BoxPose::Crossed, BoxPose::Thin}) {
+    PairWorld p;
+    for (int k = 0; k < 500; ++k) addRandomBoxPair(random, p, kind);
+    SCOPED_TRACE(static_cast<int>(kind));
+    const size_t ambiguous = expectAsReference(p);
+    // Where all axes are parallel, or nearly so, each face of A has one of B that is as good.
+    if (kind == BoxPose::Anyhow || kind == BoxPose::Crossed || kind == BoxPose::Thin) {
+      EXPECT_LT(ambiguous, 25u);
+    }
+    const auto overlapping = device(p).result.overlapping.size();
+    EXPECT_GT(overlapping, 100u);
+    EXPECT_LT(overlapping, 499u);
+  }
+}
+
+TEST_F(FindSeparatingAxisTest, NearlyParallelEdgesNeverSeparateOrWin) {
+  // Without the widening of edge axes, rounding would separate some of these, whose faces overlap by 1e-3.
+  std::mt19937 random(5);
+  PairWorld p;
+  for (int k = 0; k < 2000; ++k) {
+    const float4 a = uniform3(random, 1, 10), b = uniform3(random, 1, 10);
+    const float tilt = std::pow(10.0f, uniform(random, -7, -4));
+    const float4 axis = uniform3(random, -1, 1);
+    float4 place = uniform3(random, -1, 1);
+    place.y = a.y + b.y - 1e-3f;
+    // B's lowest corner is deeper by the tilt times its width: at most 1e-4 * 10 * sqrt(2).
+    const float4 base = randomTurn(random);
+    p.add(p.world.box(a), at(0, 0, 0, base), p.world.box(b),
+          {turned(base, place), turnProduct(base, turnAbout(axis, tilt))});
+  }
+  const auto axes = device(p).result.axes;
+  for (size_t k = 0; k < axes.size(); ++k) {
+    // Codes 6, 10 and 14 are those of the parallel edges; crossing ones may win, between two tilted faces.
+    EXPECT_TRUE(axes[k].code >= 0 && (axes[k].code < 6 || (axes[k].code - 6) % 4 != 0))
+        << k << ": " << axes[k].code;
+    EXPECT_NEAR(axes[k].normal.w, 1e-3f, 1.5e-3f) << k;
+  }
+}
+
+TEST_F(FindSeparatingAxisTest, RandomSmall) {
+  std::mt19937 random(2);
+  expectAsReference(randomBoxPairs(random, 24));
+}
+
+TEST_F(FindSeparatingAxisTest, RandomOfAllCounts) {
+  std::mt19937 random(3);
+  for (const size_t count : {1u, 31u, 32u, 127u, 128u, 129u, 1500u}) {
+    SCOPED_TRACE(count);
+    expectAsReference(randomBoxPairs(random, count), count % 2);
+  }
+}
+
+// The reference itself against dBoxBox2, through btBoxBoxDetector.
+struct DeepestPoint : btDiscreteCollisionDetectorInterface::Result {
+  btVector3 normal;
+  btScalar distance = 1;
+  void setShapeIdentifiersA(int, int) override {}
+  void setShapeIdentifiersB(int, int) override {}
+  void addContactPoint(const btVector3& normalOnB, const btVector3&, btScalar depth) override {
+    normal = normalOnB;
+    distance = btMin(distance, depth);
+  }
+};
+
+TEST(FindSeparatingAxisReference, AgreesWithBullet) {
+  std::mt19937 random(4);
+  const PairWorld p = randomBoxPairs(random, 2000);
+  size_t separated = 0, faces = 0, edges = 0;
+  for (const Pair& pair : p.pairs) {
+    if (pair.bucket != BUCKET_BOX_BOX || isAmbiguousAxis(projectionsOf(p, pair), pairSize(p, pair))) continue;
+    const SeparatingAxis axis = separatingAxisReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA),
+                                                        p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
+    const btBoxShape a(vectorOf(p.shapeOf(pair.bodyA).extents)), b(vectorOf(p.shapeOf(pair.bodyB).extents));
+    btDiscreteCollisionDetectorInterface::ClosestPointInput input;
+    input.m_transformA = transformOf({{}, p.world.pose(pair.bodyA).orientation});
+    input.m_transformB = transformOf({p.bFromA(pair), p.world.pose(pair.bodyB).orientation});
+    DeepestPoint bullet;
+    btBoxBoxDetector detector(&a, &b);
+    detector.getClosestPoints(input, bullet, nullptr);
+    if (axis.code < 0) {
+      EXPECT_EQ(bullet.distance, 1);
+      ++separated;
+      continue;
+    }
+    ++(axis.code < 6 ? faces : edges);
+    // A face's deepest corner may lie beside the face, and then it is cut off.
+    ASSERT_LT(bullet.distance, 1) << "Bullet finds no contact";
+    const auto code = static_cast<size_t>(axis.code);
+    const AxisProjection chosen = projectionsOf(p, pair)[code];
+    const double error = axisError(chosen, code, pairSize(p, pair));
+    EXPECT_GE(bullet.distance, -axis.normal.w - error);
+    EXPECT_TRUE(axis.code < 6 || std::fabs(bullet.distance + axis.normal.w) <= error);
+    EXPECT_LE((bullet.normal + vectorOf(axis.normal)).length(), 2 * kBoxTolerance / chosen.sine);
+  }
+  EXPECT_GT(separated, 100u);
+  EXPECT_GT(faces, 100u);
+  EXPECT_GT(edges, 100u);
+}
+
+}  // namespace
+}  // namespace btgpu

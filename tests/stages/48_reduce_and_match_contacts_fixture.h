@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// What the tests of stage 48 share.
+#pragma once
+
+#include <algorithm>
+
+#include "gpu_engine/stages/48_reduce_and_match_contacts.h"
+#include "gpu_engine/stages/48_reduce_and_match_contacts_reference.h"
+#include "tests/support/device_test.h"
+#include "tests/support/pair_world.h"
+#include "tests/support/stage_bench.h"
+
+namespace btgpu {
+
+// A point is a sum of some 30 rounded products, none longer than the pair's size.
+constexpr float kTolerance = 2e-6f;
+
+struct Stage48Input {
+  PairWorld world;
+  std::vector<RawContacts> contacts;  // one a pair
+};
+
+inline RawContacts candidates(float4 normal, std::vector<float4> points) {
+  RawContacts raw{};
+  raw.normal = normal;
+  raw.count = static_cast<int>(points.size());
+  std::copy(points.begin(), points.end(), raw.points);
+  return raw;
+}
+
+// A box on a box, both without rotation, B half a unit below A; points are given on B, from A's centre.
+inline Stage48Input boxOnBox() {
+  Stage48Input in;
+  const int upper = in.world.world.box({1, 0.25f, 1, 0}), lower = in.world.world.box({1, 0.25f, 1, 0});
+  in.world.add(upper, at(0, 0, 0), lower, at(0, -0.5f, 0));
+  in.contacts.push_back(candidates({0, 1, 0, 0}, {}));
+  return in;
+}
+const float4 kUp = {0, 1, 0, 0};
+inline float4 below(float x, float z, float distance) { return {x, -0.25f - distance, z, distance}; }
+
+// Candidates around a circle of random depths: no two choices are equally good.
+inline RawContacts randomCandidates(std::mt19937& random, int count, float radius) {
+  const float4 v = uniform3(random, -1, 1), n = v / sizeOf(v);
+  const float4 other = std::fabs(n.x) < 0.5f ? float4{1, 0, 0, 0} : kUp;
+  float4 u = {n.y * other.z - n.z * other.y, n.z * other.x - n.x * other.z, n.x * other.y - n.y * other.x, 0};
+  u = u / sizeOf(u);
+  const float4 w = {n.y * u.z - n.z * u.y, n.z * u.x - n.x * u.z, n.x * u.y - n.y * u.x, 0};
+  std::vector<float4> points;
+  for (int k = 0; k < count; ++k) {
+    const float a =
+        6.2831853f * (static_cast<float>(k) + uniform(random, 0, 0.8f)) / static_cast<float>(count);
+    const float r = radius * uniform(random, 0.5f, 1), d = uniform(random, -0.1f, 0.018f);
+    float4 p = u * (r * std::cos(a)) + w * (r * std::sin(a)) - n * d;
+    p.w = d;
+    points.push_back(p);
+  }
+  return candidates(n, points);
+}
+
+// Pairs of all buckets with random manifolds of the last step, or none, and random candidates near its
+// points.
+inline Stage48Input randomInput(std::mt19937& random, size_t count) {
+  Stage48Input in;
+  WorldBuilder& b = in.world.world;
+  for (size_t i = 0; i < count; ++i) {
+    in.world.add(b.box({1, 1, 1, 0}), {uniform3(random, -1, 1), randomTurn(random)}, b.box({1, 1, 1, 0}),
+                 {uniform3(random, -1, 1), randomTurn(random)});
+    in.contacts.push_back(randomCandidates(random, static_cast<int>(random() % 9), 1));
+    in.world.pairs.back().bucket = BUCKET_BOX_BOX;
+  }
+  return in;
+}
+
+class MatchContactsTest : public DeviceTest {
+ protected:
+  std::vector<Manifold> device(const Stage48Input& in, uint overflow = 0, size_t spare = 5) {
+    const size_t n = in.world.pairs.size();
+    Capacities room;
+    room.pairs = n + spare;
+    StageBench bench(queue(), in.world.world.finish(), {}, room);
+    DeviceWorld& w = bench.world();
+    bench.setPairs(in.world.pairs);
+    bench.setOldManifolds(in.world.oldManifolds);
+    bench.write(w.contacts, in.contacts);
+    bench.poison(w.manifolds);
+    StepCounters counters = bench.counters();
+    counters.overflow = overflow;
+    bench.setCounters(counters);
+    bench.run<ReduceAndMatchContacts>();
+    auto manifolds = bench.read(w.manifolds);
+    for (size_t i = overflow ? 0 : n; i < manifolds.size(); ++i)
+      EXPECT_TRUE(StageBench::isPoison(manifolds[i])) << i;
+    // A step may be repeated, so the last one's manifolds must be untouched.
+    const auto old = bench.read(w.oldManifolds, in.world.oldManifolds.size());
+    EXPECT_TRUE(old.empty() ||
+                std::memcmp(old.data(), in.world.oldManifolds.data(), old.size() * sizeof(Manifold)) == 0);
+    manifolds.resize(n);
+    return manifolds;
+  }
+
+  static std::vector<Manifold> reference(const Stage48Input& in) {
+    const WorldInput w = in.world.world.finish();
+    return matchContactsReference(in.world.pairs, in.contacts, in.world.oldManifolds, w.infos.values,
+                                  w.shapes.values, w.poses.values, w.materials.values);
+  }
+
+  std::vector<Manifold> expectAsReference(const Stage48Input& in, size_t spare = 5) {
+    const auto actual = device(in, 0, spare), expected = reference(in);
+    for (size_t i = 0; i < actual.size(); ++i) {
+      SCOPED_TRACE(i);
+      expectSame(actual[i], expected[i], sizeOf(in.world.bFromA(in.world.pairs[i])));
+    }
+    return actual;
+  }
+
+  static void expectSame(const Manifold& a, const Manifold& e, float apart) {
+    EXPECT_EQ(a.bodyA, e.bodyA);
+    EXPECT_EQ(a.bodyB, e.bodyB);
+    EXPECT_EQ(a.bucket, e.bucket);
+    EXPECT_EQ(a.breakingThreshold, e.breakingThreshold);
+    EXPECT_EQ(a.processingThreshold, e.processingThreshold);
+    ASSERT_EQ(a.pointCount, e.pointCount);
+    for (int k = 0; k < a.pointCount; ++k) {
+      SCOPED_TRACE(k);
+      expectSame(a.points[k], e.points[k],
+                 kTolerance * (apart + sizeOf(e.points[k].localPointA) + sizeOf(e.points[k].localPointB)));
+    }
+  }
+
+  static void expectSame(const ContactPoint& a, const ContactPoint& e, float error) {
+    EXPECT_LE(sizeOf(a.localPointA - e.localPointA), error);
+    EXPECT_LE(sizeOf(a.localPointB - e.localPointB), error);
+    EXPECT_NEAR(a.localPointA.w, e.localPointA.w, error);
+    EXPECT_LE(sizeOf(a.normalWorldOnB - e.normalWorldOnB), 0);
+    EXPECT_LE(sizeOf(a.lateralFrictionDir1 - e.lateralFrictionDir1), 1e-6f);
+    EXPECT_LE(sizeOf(a.lateralFrictionDir2 - e.lateralFrictionDir2), 1e-6f);
+    EXPECT_EQ(a.localPointB.w, e.localPointB.w);
+    EXPECT_EQ(a.normalWorldOnB.w, e.normalWorldOnB.w);
+    EXPECT_EQ(a.lateralFrictionDir1.w, e.lateralFrictionDir1.w);
+    EXPECT_EQ(a.lateralFrictionDir2.w, 0);
+    for (const auto& [actual, expected] : {std::pair{a.combined.x, e.combined.x},
+                                           {a.combined.y, e.combined.y},
+                                           {a.combined.z, e.combined.z},
+                                           {a.combined.w, e.combined.w},
+                                           {a.combinedStiffness, e.combinedStiffness},
+                                           {a.combinedDamping, e.combinedDamping}}) {
+      EXPECT_NEAR(actual, expected, 4e-7f * std::fabs(expected));  // three roundings
+    }
+    EXPECT_EQ(a.lifeTime, e.lifeTime);
+    EXPECT_EQ(a.flags, e.flags);
+  }
+
+  // Makes the result of a step the old manifolds of the next one, with impulses as if a solver had run.
+  static void nextStep(Stage48Input& in, std::vector<Manifold> manifolds) {
+    float impulse = 1;
+    for (uint i = 0; i < manifolds.size(); ++i) {
+      in.world.pairs[i].oldManifold = i;
+      for (int k = 0; k < manifolds[i].pointCount; ++k) {
+        ContactPoint& p = manifolds[i].points[k];
+        p.localPointB.w = impulse;
+        p.normalWorldOnB.w = 0.25f * impulse;
+        p.lateralFrictionDir1.w = -0.125f * impulse;
+        impulse += 1;
+      }
+    }
+    in.world.oldManifolds = std::move(manifolds);
+  }
+};
+
+}  // namespace btgpu

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Our records as Bullet's types, for tests that compare a reference with Bullet itself.
+#pragma once
+
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+
+#include <memory>
+
+#include "kernels/shared/body.h"
+#include "kernels/shared/shape.h"
+
+namespace btgpu {
+
+inline btVector3 vectorOf(float4 v) { return {v.x, v.y, v.z}; }
+
+inline btTransform transformOf(const BodyPose& p) {
+  const float4 q = p.orientation;
+  return btTransform({q.x, q.y, q.z, q.w}, vectorOf(p.position));
+}
+
+// With Bullet's own margin: see Shape::margin.
+inline std::unique_ptr<btCollisionShape> bulletShapeOf(const Shape& s) {
+  if (s.type == SHAPE_SPHERE) return std::make_unique<btSphereShape>(s.extents.x);
+  if (s.type == SHAPE_BOX) return std::make_unique<btBoxShape>(vectorOf(s.extents));
+  return std::make_unique<btStaticPlaneShape>(vectorOf(s.extents), s.extents.w);
+}
+
+}  // namespace btgpu
