@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Order in which constraints choose their colours: a pseudo-random permutation of [0, 2^bits), so that the
-// parallel rounds of stage 60 are few, and invertible, so that a serial pass can follow the same order.
+// parallel rounds of stage 60 are few, and invertible, so that a serial pass can follow the same order. Constraints
+// to fixed bodies choose after all others: solved later in an iteration, they leave less error behind in piles
+// (docs/decisions/0006-order-of-colours.md).
 #ifndef BTGPU_LIB_COLOUR_H
 #define BTGPU_LIB_COLOUR_H
 #include "../shared/types.h"
@@ -36,6 +38,11 @@ LIB uint unpermute(uint x, uint bits) {
   x = (x * PERMUTE_B_INVERSE) & mask;
   x ^= x >> shift;
   return (x * PERMUTE_A_INVERSE) & mask;
+}
+
+// Place of constraint `index` in the order; at most 2^31 constraints.
+LIB uint colourRank(uint index, uint bits, int hasFixedBody) {
+  return permute(index, bits) | (hasFixedBody ? 1u << bits : 0u);
 }
 
 // Lowest colour that is in neither mask (64 bits as low and high word), or COLOUR_LIMIT.

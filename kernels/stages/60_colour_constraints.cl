@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Gives every constraint a colour so that no two of one colour move the same body, then lays the constraints out
-// by colour. The result is that of one serial greedy pass in the order of permute(index): the CPU body does just
-// that, the GPU body lets each constraint choose once it comes first among its uncoloured neighbours
-// (Jones and Plassmann), which takes some rounds and gives the same colours. A constraint that finds all
-// COLOUR_LIMIT colours taken goes to the serial batch. The colours are a pure function of the constraints.
+// by colour. The result is that of one serial greedy pass in the order of colourRank: the CPU body does just that,
+// the GPU body lets each constraint choose once it comes first among its uncoloured neighbours (Jones and
+// Plassmann), which takes some rounds and gives the same colours. A constraint that finds all COLOUR_LIMIT colours
+// taken goes to the serial batch. The colours are a pure function of the constraints.
 #include "../lib/colour.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
@@ -50,6 +50,8 @@ static uint chooseColour(__global const uint* bodyColours, SlotHeader h) {
                     takenHigh(bodyColours, h.bodyA) | takenHigh(bodyColours, h.bodyB));
 }
 
+static int hasFixedBody(SlotHeader h) { return h.bodyA == NO_INDEX || h.bodyB == NO_INDEX; }
+
 #ifdef BTGPU_SHAPE_CPU
 
 SINGLE_KERNEL colourGreedy(uint constraintCapacity, __global StepCounters* counters,
@@ -58,16 +60,16 @@ SINGLE_KERNEL colourGreedy(uint constraintCapacity, __global StepCounters* count
   const uint count = itemCount(constraintCapacity, &counters->constraintCount);
   if (count == 0) return;
   const uint bits = indexBits(count);
-  for (uint p = 0;; ++p) {
-    const uint c = unpermute(p, bits);
-    if (c < count) {
+  for (int fixed = 0; fixed < 2; ++fixed) {
+    for (uint p = 0; p <= lowMask(bits); ++p) {
+      const uint c = unpermute(p, bits);
+      if (c >= count || hasFixedBody(headers[c]) != fixed) continue;
       const SlotHeader h = headers[c];
       const uint colour = chooseColour(bodyColours, h);
       take(bodyColours, h.bodyA, colour);
       take(bodyColours, h.bodyB, colour);
       colours[c] = colour;
     }
-    if (p == lowMask(bits)) break;
   }
 }
 
@@ -87,7 +89,7 @@ KERNEL colourClaim(uint constraintCapacity, __global const StepCounters* counter
       colours[c] = COLOUR_SERIAL;
       continue;
     }
-    const uint rank = permute(c, bits);
+    const uint rank = colourRank(c, bits, hasFixedBody(h));
     if (h.bodyA != NO_INDEX) atomic_min(&claims[h.bodyA], rank);
     if (h.bodyB != NO_INDEX) atomic_min(&claims[h.bodyB], rank);
   }
@@ -104,7 +106,7 @@ KERNEL colourChoose(uint round, uint constraintCapacity, __global StepCounters* 
   FOR_EACH(c, count) {
     if (colours[c] != COLOUR_NONE) continue;
     const SlotHeader h = headers[c];
-    const uint rank = permute(c, bits);
+    const uint rank = colourRank(c, bits, hasFixedBody(h));
     if (h.bodyA != NO_INDEX) atomic_xchg(&nextClaims[h.bodyA], NO_INDEX);
     if (h.bodyB != NO_INDEX) atomic_xchg(&nextClaims[h.bodyB], NO_INDEX);
     if (h.bodyA != NO_INDEX && claims[h.bodyA] != rank) continue;
