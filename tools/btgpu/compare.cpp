@@ -33,11 +33,13 @@ void addScalars(XXH3_state_t& state, const btVector3& v) { XXH3_64bits_update(&s
 // A value that JSON can hold: it has no NaN and no infinity.
 nlohmann::json number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr); }
 
-nlohmann::json figuresJson(const WorldFigures& f, double msPerStep) {
+nlohmann::json figuresJson(const RunStatistics& run, double msPerStep) {
+  const WorldFigures& f = run.end;
   return {{"msPerStep", msPerStep},      {"kineticEnergy", number(f.kineticEnergy)},
           {"meanHeight", number(f.meanHeight)}, {"potentialEnergy", number(f.potentialEnergy)},
           {"momentum", number(f.momentum)}, {"sleeping", f.sleeping},
-          {"belowGround", f.belowGround}};
+          {"belowGround", f.belowGround},
+          {"restingEnergy", number(run.restingEnergy)}, {"penetration99", number(run.depth99())}};
 }
 
 }  // namespace
@@ -111,8 +113,8 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
     for (const auto& list : {freeRun.checks(), oneStep.checks()}) {
       result.checks.insert(result.checks.end(), list.begin(), list.end());
     }
-    result.gpu = freeRun.gpuFigures();
-    result.stock = freeRun.stockFigures();
+    result.gpu = freeRun.gpu();
+    result.stock = freeRun.stock();
   }
   return result;
 }
@@ -125,9 +127,12 @@ std::string toText(const CompareResult& r) {
     text += fmt::format("  {:<30} {:>12.5g} {:>12.5g}\n", what, a, b);
   };
   row("ms a step", r.gpuMsPerStep, r.cpuMsPerStep);
-  row("mean height", r.gpu.meanHeight, r.stock.meanHeight);
-  row("kinetic energy a body", r.gpu.kineticEnergy, r.stock.kineticEnergy);
-  row("sleeping bodies", r.gpu.sleeping, r.stock.sleeping);
+  row("mean height", r.gpu.end.meanHeight, r.stock.end.meanHeight);
+  row("kinetic energy a body", r.gpu.end.kineticEnergy, r.stock.end.kineticEnergy);
+  row("  mean of the last 60 steps", r.gpu.restingEnergy, r.stock.restingEnergy);
+  row("penetration, 99th percentile", r.gpu.depth99(), r.stock.depth99());
+  row("bodies below the ground", r.gpu.end.belowGround, r.stock.end.belowGround);
+  row("sleeping bodies", r.gpu.end.sleeping, r.stock.end.sleeping);
   text += fmt::format("  {:<30} {:>12} {:>12}\n", "check", "value", "limit");
   for (const Check& c : r.checks) {
     text += fmt::format("  {:<30} {:>12.5g} {:>12.5g}  {}\n", c.name, c.value, c.limit, c.pass() ? "ok" : "FAILED");

@@ -17,7 +17,7 @@ struct CompareResult {
   double cpuMsPerStep = 0, gpuMsPerStep = 0;  // mean over the steps after the first
   std::vector<Check> checks;
   std::vector<btGpuFallback> fallbacks;
-  WorldFigures gpu, stock;  // at the end
+  RunStatistics gpu, stock;  // stock: the run that starts exactly as btgpu does
   std::uint64_t hash = 0;   // of every pose and velocity bit at the end
   std::vector<btGpuStageTime> profile;  // sums over all steps, if wanted
   bool compared = true;                 // false: there was no device

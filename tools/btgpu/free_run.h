@@ -43,8 +43,8 @@ class FreeRunComparison {
   void afterStep(int step, const btDiscreteDynamicsWorld& gpu, const StepResults& results);
   std::vector<Check> checks() const;
 
-  const WorldFigures& gpuFigures() const { return m_gpu.end; }
-  const WorldFigures& stockFigures() const { return m_stock.front().end; }
+  const RunStatistics& gpu() const { return m_gpu; }
+  const RunStatistics& stock() const { return m_stock.front(); }  // the run that starts exactly as btgpu does
 
  private:
   using StockWorld = TestWorld<btDiscreteDynamicsWorld>;
