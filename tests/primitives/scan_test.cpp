@@ -58,6 +58,13 @@ TEST_F(ScanTest, ReusedWithOtherSizesSmall) {
   for (const size_t n : {129, 3, 0, 128}) expectScan(randomUints(n, 100));
 }
 
+// Chunks longer than a group, so that a group walks several tiles and reuses its local memory: at most 64 chunks on
+// devices with up to 16 compute units.
+TEST_F(ScanTest, SeveralTilesSmall) {
+  const auto data = randomUints(64 * 129, 1000);
+  expectScan(data, data.size(), nullptr, false);
+}
+
 TEST_F(ScanTest, Large) {
   const auto data = randomBits<uint>(kLarge);
   expectScan(data, data.size(), nullptr, false);
