@@ -224,6 +224,7 @@ TEST(Morton, FlatScene) {
   const Aabb flat = {F4(-10, 2, 3, 0), F4(30, 2, 3, 0)};
   EXPECT_EQ(mortonCode(F4(30, 2, 3, 0), flat), slowSpread(65535));
   EXPECT_EQ(mortonCode(F4(-10, 2, 3, 0), flat), 0u);
+  EXPECT_EQ(mortonCode(F4(-10, 2, 4, 0), flat), 0u) << "off the plane";
   const Aabb point = {F4(1, 2, 3, 0), F4(1, 2, 3, 0)};
   EXPECT_EQ(mortonCode(F4(1, 2, 3, 0), point), 0u);
 }

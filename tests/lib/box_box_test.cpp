@@ -215,6 +215,7 @@ void expectSameCorners(const BoxPair& p, const StockResult& stock, const RawCont
     }
   }
   for (const Contact& c : own) {
+    EXPECT_LE(c.distance, 0) << "above the face";
     if (c.distance < -tolerance) {
       EXPECT_LT(nearestDistance(c.pointOnB, stock.contacts), tolerance) << "a corner too many";
     }

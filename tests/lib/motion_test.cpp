@@ -140,6 +140,18 @@ TEST(Motion, IntegratePoseAroundTheLimits) {
   }
 }
 
+// The series shows only where the rate is small and the step long: on either side of the rate where it ends.
+TEST(Motion, IntegratePoseOverALongStep) {
+  Random random(13);
+  for (const float rate : {0.0005f, 0.00099f, 0.00101f}) {
+    for (const float timeStep : {300.0f, 750.0f}) {
+      for (int n = 0; n < 100; ++n) {
+        expectIntegratedAsStock(random.pose(1), F4(0, 0, 0, 0), random.direction() * rate, timeStep);
+      }
+    }
+  }
+}
+
 // Below the clamp the rotation is the exponential map: the exact turn by |w| dt about w.
 TEST(Motion, IntegratePoseIsTheExponentialMap) {
   Random random(6);
