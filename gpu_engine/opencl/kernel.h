@@ -57,6 +57,7 @@ class Kernel {
     if (optional.array) {
       bind(*optional.array);
     } else {
+      checkType(TypeName<T>::value, true);
       set(sizeof(cl_mem), nullptr);
     }
   }

@@ -92,7 +92,8 @@ struct BitRange {
   uint first, count;
 };
 
-// Stable sort by the given bits of the keys, lowest range first; all other bits are ignored.
+// Stable sort by the given bits of the keys, lowest range first, so that the last one counts most; all other bits are
+// ignored. Sorts [0, count); what the arrays hold behind that is lost.
 template <typename Key>
 class RadixSort {
  public:

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Every shared struct with its size in bytes and all its fields, for the checks that both sides lay them out
+// alike: static_asserts on the host (gpu_engine/opencl/struct_sizes.cpp), and the offsets that a kernel
+// reports (tests/regression/struct_layout_test.cpp).
+#ifndef BTGPU_SHARED_STRUCT_FIELDS_H
+#define BTGPU_SHARED_STRUCT_FIELDS_H
+#include "body.h"
+#include "bvh.h"
+#include "contact.h"
+#include "rows.h"
+#include "shape.h"
+#include "step.h"
+
+// For each struct SIZE(struct, bytes), followed by FIELD(struct, field) for its fields in order.
+// clang-format off
+#define SHARED_STRUCTS(SIZE, FIELD)                                                                         \
+  SIZE(BodyPose, 32)                                                                                        \
+    FIELD(BodyPose, position) FIELD(BodyPose, orientation)                                                  \
+  SIZE(BodyVelocity, 32)                                                                                    \
+    FIELD(BodyVelocity, linear) FIELD(BodyVelocity, angular)                                                \
+  SIZE(BodyForces, 32)                                                                                      \
+    FIELD(BodyForces, force) FIELD(BodyForces, torque)                                                      \
+  SIZE(BodyMass, 48)                                                                                        \
+    FIELD(BodyMass, inverseInertiaLocal) FIELD(BodyMass, linearFactor) FIELD(BodyMass, angularFactor)       \
+  SIZE(BodyMaterial, 48)                                                                                    \
+    FIELD(BodyMaterial, friction) FIELD(BodyMaterial, rollingFriction)                                      \
+    FIELD(BodyMaterial, spinningFriction) FIELD(BodyMaterial, restitution)                                  \
+    FIELD(BodyMaterial, contactStiffness) FIELD(BodyMaterial, contactDamping)                               \
+    FIELD(BodyMaterial, contactProcessingThreshold) FIELD(BodyMaterial, unused)                             \
+    FIELD(BodyMaterial, anisotropicFriction)                                                                \
+  SIZE(BodyDamping, 32)                                                                                     \
+    FIELD(BodyDamping, linear) FIELD(BodyDamping, angular) FIELD(BodyDamping, additionalFactor)             \
+    FIELD(BodyDamping, additionalLinearThresholdSqr) FIELD(BodyDamping, additionalAngularThresholdSqr)      \
+    FIELD(BodyDamping, unused) FIELD(BodyDamping, linearSleepingThreshold)                                  \
+    FIELD(BodyDamping, angularSleepingThreshold)                                                            \
+  SIZE(BodyInfo, 32)                                                                                        \
+    FIELD(BodyInfo, shapeIndex) FIELD(BodyInfo, flags) FIELD(BodyInfo, filterGroup)                         \
+    FIELD(BodyInfo, filterMask) FIELD(BodyInfo, uniqueId) FIELD(BodyInfo, unused)                           \
+  SIZE(BodyActivation, 8)                                                                                   \
+    FIELD(BodyActivation, state) FIELD(BodyActivation, deactivationTime)                                    \
+  SIZE(BodyStep, 144)                                                                                       \
+    FIELD(BodyStep, linearVelocity) FIELD(BodyStep, angularVelocity) FIELD(BodyStep, externalLinear)        \
+    FIELD(BodyStep, externalAngular) FIELD(BodyStep, inverseInertia0) FIELD(BodyStep, inverseInertia1)      \
+    FIELD(BodyStep, inverseInertia2) FIELD(BodyStep, predictedPosition)                                     \
+    FIELD(BodyStep, predictedOrientation)                                                                   \
+  SIZE(SolverBody, 64)                                                                                      \
+    FIELD(SolverBody, deltaLinear) FIELD(SolverBody, deltaAngular) FIELD(SolverBody, pushLinear)            \
+    FIELD(SolverBody, turnAngular)                                                                          \
+  SIZE(SolverMass, 48)                                                                                      \
+    FIELD(SolverMass, row0) FIELD(SolverMass, row1) FIELD(SolverMass, row2)                                 \
+  SIZE(Aabb, 32)                                                                                            \
+    FIELD(Aabb, lower) FIELD(Aabb, upper)                                                                   \
+  SIZE(BvhLevels, 128)                                                                                      \
+    FIELD(BvhLevels, levelCount) FIELD(BvhLevels, first) FIELD(BvhLevels, size) FIELD(BvhLevels, unused)    \
+  SIZE(Pair, 16)                                                                                            \
+    FIELD(Pair, bodyA) FIELD(Pair, bodyB) FIELD(Pair, oldManifold) FIELD(Pair, bucket)                      \
+  SIZE(SeparatingAxis, 32)                                                                                  \
+    FIELD(SeparatingAxis, normal) FIELD(SeparatingAxis, code) FIELD(SeparatingAxis, unused)                 \
+  SIZE(RawContacts, 160)                                                                                    \
+    FIELD(RawContacts, normal) FIELD(RawContacts, points) FIELD(RawContacts, count)                         \
+    FIELD(RawContacts, unused)                                                                              \
+  SIZE(ContactPoint, 112)                                                                                   \
+    FIELD(ContactPoint, localPointA) FIELD(ContactPoint, localPointB) FIELD(ContactPoint, normalWorldOnB)   \
+    FIELD(ContactPoint, lateralFrictionDir1) FIELD(ContactPoint, lateralFrictionDir2)                       \
+    FIELD(ContactPoint, combined) FIELD(ContactPoint, combinedStiffness)                                    \
+    FIELD(ContactPoint, combinedDamping) FIELD(ContactPoint, lifeTime) FIELD(ContactPoint, flags)           \
+  SIZE(Manifold, 480)                                                                                       \
+    FIELD(Manifold, bodyA) FIELD(Manifold, bodyB) FIELD(Manifold, pointCount) FIELD(Manifold, bucket)       \
+    FIELD(Manifold, breakingThreshold) FIELD(Manifold, processingThreshold) FIELD(Manifold, unused)         \
+    FIELD(Manifold, points)                                                                                 \
+  SIZE(SlotHeader, 16)                                                                                      \
+    FIELD(SlotHeader, bodyA) FIELD(SlotHeader, bodyB) FIELD(SlotHeader, manifold)                           \
+    FIELD(SlotHeader, pointCount)                                                                           \
+  SIZE(Shape, 32)                                                                                           \
+    FIELD(Shape, type) FIELD(Shape, margin) FIELD(Shape, breakingThreshold) FIELD(Shape, unused)            \
+    FIELD(Shape, extents)                                                                                   \
+  SIZE(StepParams, 64)                                                                                      \
+    FIELD(StepParams, timeStep) FIELD(StepParams, flags) FIELD(StepParams, erp2)                            \
+    FIELD(StepParams, globalCfm) FIELD(StepParams, splitImpulsePenetrationThreshold)                        \
+    FIELD(StepParams, splitImpulseTurnErp) FIELD(StepParams, linearSlop)                                    \
+    FIELD(StepParams, warmStartingFactor) FIELD(StepParams, sor)                                            \
+    FIELD(StepParams, restitutionVelocityThreshold) FIELD(StepParams, maxGyroscopicForce)                   \
+    FIELD(StepParams, contactThreshold) FIELD(StepParams, deactivationTime)                                 \
+    FIELD(StepParams, colourLaunches) FIELD(StepParams, serialLaunched) FIELD(StepParams, unused)           \
+  SIZE(StepCounters, 64)                                                                                    \
+    FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
+    FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \
+    FIELD(StepCounters, uncoloured) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
+    FIELD(StepCounters, quarantined) FIELD(StepCounters, boxOverlaps) FIELD(StepCounters, outOfBounds)      \
+    FIELD(StepCounters, unused)
+// clang-format on
+
+#endif
