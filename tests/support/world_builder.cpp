@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "tests/support/world_builder.h"
+
+#include <numeric>
+
+namespace btgpu {
+namespace {
+
+// btBroadphaseProxy::CollisionFilterGroups, as btDiscreteDynamicsWorld::addRigidBody uses them.
+constexpr int kDefaultGroup = 1, kStaticGroup = 2, kAllGroups = -1;
+constexpr float kThreshold = 0.02f;  // gContactBreakingThreshold
+
+template <typename T>
+void markAllChanged(Tracked<T>& tracked) {
+  tracked.changed.resize(tracked.values.size());
+  std::iota(tracked.changed.begin(), tracked.changed.end(), 0u);
+}
+
+float inverse(float v) { return v != 0 ? 1 / v : 0; }
+
+}  // namespace
+
+float uniform(std::mt19937& random, float low, float high) {
+  // Not std::uniform_real_distribution: its numbers differ between standard libraries.
+  return low + (high - low) * static_cast<float>(random() >> 8) * (1.0f / 16777216.0f);
+}
+
+float4 uniform3(std::mt19937& random, float low, float high) {
+  const float x = uniform(random, low, high), y = uniform(random, low, high), z = uniform(random, low, high);
+  return {x, y, z, 0};
+}
+
+float4 randomTurn(std::mt19937& random) {
+  while (true) {
+    float4 q = uniform3(random, -1, 1);
+    q.w = uniform(random, -1, 1);
+    const float lengthSqr = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    if (lengthSqr < 1 && lengthSqr > 0.01f) return q / std::sqrt(lengthSqr);
+  }
+}
+
+float4 turnAbout(float4 axis, float angle) {
+  const float length = std::sqrt(axis.x * axis.x + axis.y * axis.y + axis.z * axis.z);
+  const float s = std::sin(angle / 2) / length;
+  return {axis.x * s, axis.y * s, axis.z * s, std::cos(angle / 2)};
+}
+
+int WorldBuilder::addShape(Shape shape) {
+  shape.breakingThreshold = kThreshold;
+  m_input.shapes.values.push_back(shape);
+  return static_cast<int>(m_input.shapes.values.size()) - 1;
+}
+
+int WorldBuilder::sphere(float radius) { return addShape({SHAPE_SPHERE, radius, 0, 0, {radius, 0, 0, 0}}); }
+
+int WorldBuilder::box(float4 halfExtents, float margin) {
+  return addShape({SHAPE_BOX, margin, 0, 0, {halfExtents.x, halfExtents.y, halfExtents.z, 0}});
+}
+
+int WorldBuilder::plane(float4 normal, float constant) {
+  return addShape({SHAPE_PLANE, 0, 0, 0, {normal.x, normal.y, normal.z, constant}});
+}
+
+uint WorldBuilder::addSlot() {
+  m_input.infos.values.push_back({});
+  m_input.poses.values.push_back({{}, kNoTurn});
+  m_input.velocities.values.push_back({});
+  m_input.forces.values.push_back({});
+  m_input.masses.values.push_back({});
+  m_input.materials.values.push_back({});
+  m_input.dampings.values.push_back({});
+  m_input.activations.values.push_back({});
+  return m_input.bodyCount++;
+}
+
+uint WorldBuilder::addFree() { return addSlot(); }
+
+float4 WorldBuilder::inertia(const Shape& s, float mass) const {
+  if (s.type == SHAPE_SPHERE) {
+    const float i = 0.4f * mass * s.extents.x * s.extents.x;
+    return {i, i, i, 0};
+  }
+  const float4 sqr = s.extents * s.extents * (mass / 3);
+  return {sqr.y + sqr.z, sqr.x + sqr.z, sqr.x + sqr.y, 0};
+}
+
+uint WorldBuilder::add(int shapeIndex, float4 position, float mass, float4 orientation) {
+  const uint i = addSlot();
+  const bool isStatic = mass == 0;
+  BodyInfo& b = info(i);
+  b.shapeIndex = shapeIndex;
+  b.flags = BODY_PRESENT | BODY_RIGID | (isStatic ? BODY_STATIC : BODY_INTEGRATED);
+  b.filterGroup = isStatic ? kStaticGroup : kDefaultGroup;
+  b.filterMask = isStatic ? kAllGroups ^ kStaticGroup : kAllGroups;
+  b.uniqueId = static_cast<int>(i) + 1;
+  pose(i) = {position, orientation};
+  if (!isStatic) {
+    const float4 moment = inertia(shape(shapeIndex), mass);
+    this->mass(i).inverseInertiaLocal = {inverse(moment.x), inverse(moment.y), inverse(moment.z), 1 / mass};
+  }
+  this->mass(i).linearFactor = this->mass(i).angularFactor = {1, 1, 1, 0};
+  material(i).friction = 0.5f;
+  material(i).contactStiffness = 1e18f;
+  material(i).contactDamping = 0.1f;
+  material(i).contactProcessingThreshold = 1e18f;
+  material(i).anisotropicFriction = {1, 1, 1, 0};
+  damping(i).additionalFactor = 0.005f;
+  damping(i).additionalLinearThresholdSqr = damping(i).additionalAngularThresholdSqr = 0.01f;
+  damping(i).linearSleepingThreshold = 0.8f;
+  damping(i).angularSleepingThreshold = 1;
+  activation(i) = {isStatic ? STATE_SLEEPING : STATE_ACTIVE, 0};
+  return i;
+}
+
+uint WorldBuilder::addKinematic(int shapeIndex, float4 position, float4 orientation) {
+  const uint i = add(shapeIndex, position, 0, orientation);
+  info(i).flags = BODY_PRESENT | BODY_RIGID | BODY_KINEMATIC;
+  activation(i).state = STATE_DISABLE_DEACTIVATION;
+  return i;
+}
+
+uint WorldBuilder::addObject(int shapeIndex, float4 position, float4 orientation) {
+  const uint i = add(shapeIndex, position, 0, orientation);
+  info(i).flags = BODY_PRESENT | BODY_STATIC;
+  mass(i) = {};
+  damping(i) = {};
+  activation(i).state = STATE_ACTIVE;
+  return i;
+}
+
+void WorldBuilder::addRandom(std::mt19937& random, const RandomWorld& what) {
+  for (uint p = 0; p < what.planes; ++p) {
+    const float4 tilt = uniform3(random, -0.3f, 0.3f);
+    const float length = std::sqrt(tilt.x * tilt.x + 1 + tilt.z * tilt.z);
+    add(plane({tilt.x / length, 1 / length, tilt.z / length, 0}, -what.extent), {}, 0);
+  }
+  for (uint n = 0; n < what.bodies; ++n) {
+    if (uniform(random, 0, 1) < what.freeShare) addFree();
+    const bool round = random() % 2 != 0;
+    const float4 size = uniform3(random, what.minSize, what.maxSize);
+    const int shapeIndex =
+        round ? sphere(size.x) : box(size, 0.1f * std::fmin(size.x, std::fmin(size.y, size.z)));
+    const float4 position = uniform3(random, -what.extent, what.extent), orientation = randomTurn(random);
+    const float kind = uniform(random, 0, 1);
+    uint i;
+    if (kind < what.staticShare) {
+      i = add(shapeIndex, position, 0, orientation);
+    } else if (kind < what.staticShare + what.kinematicShare) {
+      i = addKinematic(shapeIndex, position, orientation);
+    } else {
+      i = add(shapeIndex, position, uniform(random, 0.5f, 4), orientation);
+    }
+    if (info(i).flags & BODY_STATIC) continue;
+    velocity(i) = {uniform3(random, -what.maxSpeed, what.maxSpeed),
+                   uniform3(random, -what.maxSpeed, what.maxSpeed)};
+  }
+}
+
+WorldInput WorldBuilder::finish() const {
+  WorldInput in = m_input;
+  markAllChanged(in.infos);
+  markAllChanged(in.poses);
+  markAllChanged(in.velocities);
+  markAllChanged(in.forces);
+  markAllChanged(in.masses);
+  markAllChanged(in.materials);
+  markAllChanged(in.dampings);
+  markAllChanged(in.activations);
+  markAllChanged(in.shapes);
+  in.born = in.infos.changed;
+  return in;
+}
+
+}  // namespace btgpu

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Builds a WorldInput body by body, with Bullet's defaults, or at random from a seed. No Bullet, no OpenCL.
+#pragma once
+
+#include <random>
+
+#include "gpu_engine/world_input.h"
+
+namespace btgpu {
+
+constexpr float4 kNoTurn{0, 0, 0, 1};
+
+// The unit quaternion that turns by `angle` (radians) about `axis` (any length).
+float4 turnAbout(float4 axis, float angle);
+
+// What a random world is made of. Sizes and positions are in length units.
+struct RandomWorld {
+  uint bodies = 100;                     // without the planes and the free slots
+  float extent = 5;                      // positions lie in [-extent, extent] on each axis
+  float minSize = 0.3f, maxSize = 0.8f;  // radius or half extent
+  float maxSpeed = 3;                    // of each component of both velocities
+  float staticShare = 0.1f, kinematicShare = 0.05f, freeShare = 0.05f;
+  uint planes = 1;
+};
+
+class WorldBuilder {
+ public:
+  // ---- shapes: return the shape index
+  // ------------------------------------------------------------------------
+  int sphere(float radius);
+  int box(float4 halfExtents, float margin = 0.04f);  // half extents include the margin, as on the device
+  int plane(float4 normal, float constant);
+
+  // ---- bodies: return the body index; its uniqueId is the index + 1
+  // ------------------------------------------ A rigid body; a mass of zero makes it static. Planes must be
+  // static.
+  uint add(int shapeIndex, float4 position, float mass = 1, float4 orientation = kNoTurn);
+  // A kinematic rigid body without mass.
+  uint addKinematic(int shapeIndex, float4 position, float4 orientation = kNoTurn);
+  // A plain static btCollisionObject: no BODY_RIGID, active.
+  uint addObject(int shapeIndex, float4 position, float4 orientation = kNoTurn);
+  // A slot without a body.
+  uint addFree();
+  void addRandom(std::mt19937& random, const RandomWorld& what);
+
+  // The record of a body, to change before finish().
+  BodyInfo& info(uint body) { return m_input.infos.values[body]; }
+  BodyPose& pose(uint body) { return m_input.poses.values[body]; }
+  BodyVelocity& velocity(uint body) { return m_input.velocities.values[body]; }
+  BodyForces& forces(uint body) { return m_input.forces.values[body]; }
+  BodyMass& mass(uint body) { return m_input.masses.values[body]; }
+  BodyMaterial& material(uint body) { return m_input.materials.values[body]; }
+  BodyDamping& damping(uint body) { return m_input.dampings.values[body]; }
+  BodyActivation& activation(uint body) { return m_input.activations.values[body]; }
+  Shape& shape(int index) { return m_input.shapes.values[static_cast<size_t>(index)]; }
+  uint bodyCount() const { return m_input.bodyCount; }
+
+  // The world with everything listed as changed and every body as born.
+  WorldInput finish() const;
+
+ private:
+  int addShape(Shape shape);
+  uint addSlot();
+  float4 inertia(const Shape& shape, float mass) const;
+
+  WorldInput m_input;
+};
+
+// Uniform in [low, high); for float4 in each of x, y, z, w = 0.
+float uniform(std::mt19937& random, float low, float high);
+float4 uniform3(std::mt19937& random, float low, float high);
+// A uniformly distributed unit quaternion.
+float4 randomTurn(std::mt19937& random);
+
+}  // namespace btgpu
