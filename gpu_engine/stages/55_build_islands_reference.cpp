@@ -133,7 +133,7 @@ IslandsReference buildIslandsReference(const std::vector<BodyInfo>& infos, const
     out.constraints.push_back(m);
     // Kinematic bodies that were left with mass are in no island, but the solver moves them.
     for (const uint body : {a, b}) {
-      if (canMove(steps[body])) out.solved[body] = 1;
+      if (!isMember(infos[body]) && canMove(steps[body])) out.solved[body] = 1;
     }
   }
   return out;
