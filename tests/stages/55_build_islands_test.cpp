@@ -39,7 +39,8 @@ struct IslandScene {
   }
   BodyActivation& activation(uint body) { return builder.activation(body); }
 
-  void touch(uint a, uint b, int points = 4, uint bucket = BUCKET_SPHERE_SPHERE, uint oldManifold = NO_INDEX) {
+  void touch(uint a, uint b, int points = 4, uint bucket = BUCKET_SPHERE_SPHERE,
+             uint oldManifold = NO_INDEX) {
     pairs.push_back({a, b, oldManifold, bucket});
     Manifold m{};
     m.bodyA = a;
@@ -113,7 +114,8 @@ class BuildIslandsTest : public DeviceTest {
   }
 };
 
-// ---- roots ---------------------------------------------------------------------------------------------------
+// ---- roots
+// ---------------------------------------------------------------------------------------------------
 
 TEST_F(BuildIslandsTest, NoPairsSmall) {
   const auto result = expectAsReference(IslandScene(5));
@@ -172,7 +174,8 @@ TEST_F(BuildIslandsTest, Stars) {
   }
 }
 
-// ---- sleep ---------------------------------------------------------------------------------------------------
+// ---- sleep
+// ---------------------------------------------------------------------------------------------------
 
 // Bullet's decision for an island of two, by all pairs of states.
 TEST_F(BuildIslandsTest, AllPairsOfStatesSmall) {
@@ -249,7 +252,8 @@ TEST_F(BuildIslandsTest, KinematicWakesSmall) {
   }
 }
 
-// ---- which manifolds are solved ------------------------------------------------------------------------------
+// ---- which manifolds are solved
+// ------------------------------------------------------------------------------
 
 TEST_F(BuildIslandsTest, SelectionSmall) {
   IslandScene scene(8);
@@ -294,13 +298,23 @@ TEST_F(BuildIslandsTest, NothingAfterOverflowSmall) {
   EXPECT_EQ(bench.counters().constraintCount, 0u);
 }
 
-// ---- random --------------------------------------------------------------------------------------------------
+// ---- random
+// --------------------------------------------------------------------------------------------------
 
 // `degree`: pairs a body; below a half the graph falls into small components, above into a giant one.
 IslandScene randomScene(uint bodies, double degree, unsigned seed) {
   std::mt19937 random(seed);
   IslandScene scene(bodies);
-  const uint kinds[] = {0, 0, 0, 0, 0, 0, BODY_STATIC, BODY_KINEMATIC, BODY_NO_RESPONSE, BODY_QUARANTINED,
+  const uint kinds[] = {0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
+                        BODY_STATIC,
+                        BODY_KINEMATIC,
+                        BODY_NO_RESPONSE,
+                        BODY_QUARANTINED,
                         BODY_KINEMATIC | BODY_NO_RESPONSE};
   // Mostly bodies that may sleep, so that islands of both kinds arise.
   const int states[] = {0, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 5, 6};
@@ -342,18 +356,21 @@ TEST_F(BuildIslandsTest, Random20000) {
   expectAsReference(randomScene(20000, 4, 12));
 }
 
-// ---- Bullet --------------------------------------------------------------------------------------------------
+// ---- Bullet
+// --------------------------------------------------------------------------------------------------
 
 // A Bullet world of spheres, the same pairs and manifolds for the device, and Bullet's own island manager.
 class BulletIslands {
  public:
-  BulletIslands(unsigned seed, int bodies) : m_world(&m_dispatcher, &m_broadphase, nullptr, &m_configuration) {
+  BulletIslands(unsigned seed, int bodies)
+      : m_world(&m_dispatcher, &m_broadphase, nullptr, &m_configuration) {
     std::mt19937 random(seed);
     for (int i = 0; i < bodies; ++i) add(random);
     // All awake, so that every pair gets its manifold; then the states that the test is about.
     m_world.performDiscreteCollisionDetection();
-    const int states[] = {ACTIVE_TAG, ISLAND_SLEEPING, ISLAND_SLEEPING, ISLAND_SLEEPING, WANTS_DEACTIVATION,
-                          WANTS_DEACTIVATION, WANTS_DEACTIVATION, DISABLE_DEACTIVATION, DISABLE_SIMULATION};
+    const int states[] = {ACTIVE_TAG,         ISLAND_SLEEPING,      ISLAND_SLEEPING,
+                          ISLAND_SLEEPING,    WANTS_DEACTIVATION,   WANTS_DEACTIVATION,
+                          WANTS_DEACTIVATION, DISABLE_DEACTIVATION, DISABLE_SIMULATION};
     for (const auto& body : m_bodies) {
       body->forceActivationState(states[random() % std::size(states)]);
       body->setDeactivationTime(uniform(random, 0, 3));
@@ -394,7 +411,8 @@ class BulletIslands {
  private:
   void add(std::mt19937& random) {
     const bool isStatic = random() % 8 == 0;
-    btRigidBody::btRigidBodyConstructionInfo info(isStatic ? 0.0f : 1.0f, nullptr, &m_shape, btVector3(1, 1, 1));
+    btRigidBody::btRigidBodyConstructionInfo info(isStatic ? 0.0f : 1.0f, nullptr, &m_shape,
+                                                  btVector3(1, 1, 1));
     info.m_startWorldTransform.setIdentity();
     const float4 p = uniform3(random, -5, 5);
     info.m_startWorldTransform.setOrigin({p.x, p.y, p.z});

@@ -40,7 +40,7 @@ Capacities enough(const ColourScene& scene) {
   room.pairs = std::max<size_t>(1, scene.manifolds.size());
   room.slots = scene.constraints.size() + (COLOUR_LIMIT + 1) * BTGPU_LANES;
   room.colourLaunches = COLOUR_LIMIT;
-  room.colourRounds = 100;
+  room.colourRounds = scene.constraints.size() > 64 ? 100 : 20;  // few where Oclgrind interprets them
   room.serialLaunched = true;
   return room;
 }
@@ -79,7 +79,8 @@ class ColourConstraintsTest : public DeviceTest {
   // Runs the scene with room enough and compares everything with the reference.
   Colours expectAsReference(const ColourScene& scene) {
     const Colours actual = colour(scene, enough(scene));
-    const ColoursReference expected = colourConstraintsReference(scene.constraints, scene.manifolds, scene.steps);
+    const ColoursReference expected =
+        colourConstraintsReference(scene.constraints, scene.manifolds, scene.steps);
     EXPECT_EQ(actual.counters.overflow, 0u);
     EXPECT_EQ(actual.counters.colourCount, expected.colourCount);
     EXPECT_EQ(actual.counters.serialCount, expected.serialCount);
@@ -124,7 +125,8 @@ class ColourConstraintsTest : public DeviceTest {
   }
 };
 
-// ---- the order -----------------------------------------------------------------------------------------------
+// ---- the order
+// -----------------------------------------------------------------------------------------------
 
 TEST(Permutation, IsInvertedAndComplete) {
   for (uint bits = 1; bits <= 17; ++bits) {
@@ -154,7 +156,8 @@ TEST(Permutation, BitsOfACount) {
   EXPECT_EQ(indexBits(0xffffffffu), 32u);
 }
 
-// ---- by hand -------------------------------------------------------------------------------------------------
+// ---- by hand
+// -------------------------------------------------------------------------------------------------
 
 TEST_F(ColourConstraintsTest, NoneSmall) {
   const Colours c = expectAsReference(ColourScene(3));
@@ -212,9 +215,7 @@ ColourScene star(uint arms) {
   return scene;
 }
 
-TEST_F(ColourConstraintsTest, StarSmall) {
-  EXPECT_EQ(expectAsReference(star(10)).counters.colourCount, 10u);
-}
+TEST_F(ColourConstraintsTest, StarSmall) { EXPECT_EQ(expectAsReference(star(10)).counters.colourCount, 10u); }
 
 TEST_F(ColourConstraintsTest, Stars) {
   for (const uint arms : {63u, 64u, 65u, 200u}) {
@@ -233,7 +234,8 @@ TEST_F(ColourConstraintsTest, TwoHubs) {
   expectAsReference(scene);
 }
 
-// ---- random --------------------------------------------------------------------------------------------------
+// ---- random
+// --------------------------------------------------------------------------------------------------
 
 ColourScene randomScene(uint bodies, uint count, unsigned seed) {
   std::mt19937 random(seed);
@@ -247,11 +249,11 @@ ColourScene randomScene(uint bodies, uint count, unsigned seed) {
 }
 
 TEST_F(ColourConstraintsTest, RandomSmall) {
-  for (unsigned seed = 0; seed < 4; ++seed) expectAsReference(randomScene(31, 60, seed));
+  for (unsigned seed = 0; seed < 3; ++seed) expectAsReference(randomScene(31, 60, seed));
 }
 
 TEST_F(ColourConstraintsTest, Random) {
-  expectAsReference(randomScene(100, 1023, 1));   // some 20 constraints a body
+  expectAsReference(randomScene(100, 1023, 1));  // some 20 constraints a body
   expectAsReference(randomScene(1000, 1025, 2));
   expectAsReference(randomScene(20000, 60000, 3));
 }
@@ -259,10 +261,12 @@ TEST_F(ColourConstraintsTest, Random) {
 TEST_F(ColourConstraintsTest, LongChain) {
   ColourScene scene(20001);
   for (uint i = 1; i < 20000; ++i) scene.add(i, i + 1);
-  EXPECT_LE(expectAsReference(scene).counters.colourCount, 3u) << "greedy needs at most one more than the degree";
+  EXPECT_LE(expectAsReference(scene).counters.colourCount, 3u)
+      << "greedy needs at most one more than the degree";
 }
 
-// ---- overflows -----------------------------------------------------------------------------------------------
+// ---- overflows
+// -----------------------------------------------------------------------------------------------
 
 TEST_F(ColourConstraintsTest, SlotOverflowSmall) {
   const ColourScene scene = star(3);
@@ -304,8 +308,8 @@ TEST_F(ColourConstraintsTest, SeveralOverflows) {
   EXPECT_EQ(colour(star(70), room).counters.overflow, OVERFLOW_SLOTS | OVERFLOW_COLOURS | OVERFLOW_SERIAL);
 }
 
-// The CPU shape colours in one pass; the GPU shape needs as many rounds as it counts, and says so if there are
-// fewer. One more round is needed if constraints are left for the serial batch.
+// The CPU shape colours in one pass; the GPU shape needs as many rounds as it counts, and says so if there
+// are fewer. One more round is needed if constraints are left for the serial batch.
 TEST_F(ColourConstraintsTest, RoundOverflowSmall) {
   const ColourScene scene = star(9);
   Capacities room = enough(scene);
