@@ -40,7 +40,7 @@ Capacities enough(const ColourScene& scene) {
   room.pairs = std::max<size_t>(1, scene.manifolds.size());
   room.slots = scene.constraints.size() + (COLOUR_LIMIT + 1) * BTGPU_LANES;
   room.colourLaunches = COLOUR_LIMIT;
-  room.colourRounds = scene.constraints.size() > 64 ? 100 : 20;  // few where Oclgrind interprets them
+  room.colourRounds = scene.constraints.size() > 60 ? 100 : 20;  // few where Oclgrind interprets them
   room.serialLaunched = true;
   return room;
 }
