@@ -103,20 +103,26 @@ LIB NormalRow prepareNormal(StepParams s, RowBody a, RowBody b, ContactPoint p, 
   return row;
 }
 
+// The same as Bullet's friction rows see it: what torque and gyroscopic term add in this step is left out there.
+LIB float slide(RowBody a, RowBody b, float4 t, float4 ra, float4 rb) {
+  return dot3(t, a.linear + a.externalLinear) + dot3(cross3(ra, t), a.angular) - dot3(t, b.linear + b.externalLinear) -
+         dot3(cross3(rb, t), b.angular);
+}
+
 // Effective mass and right-hand side of a friction row along t.
 LIB float frictionJac(StepParams s, RowBody a, RowBody b, float4 t, float4 ra, float4 rb) {
   return s.sor / (compliance(a, t, ra) + compliance(b, t, rb));
 }
 LIB float frictionRhs(RowBody a, RowBody b, float4 t, float4 ra, float4 rb, float jac) {
-  return -approach(a, b, t, ra, rb) * jac;
+  return -slide(a, b, t, ra, rb) * jac;
 }
 
-// Torsional row about `axis`: the angular parts are -axis for A and +axis for B.
+// Torsional row about `axis`: the angular parts are -axis for A and +axis for B. No external torque, as above.
 LIB float torsionJac(RowBody a, RowBody b, float4 axis) {
   return 1.0f / (dot3(mulMatrix(a.inverseInertia, axis), axis) + dot3(mulMatrix(b.inverseInertia, axis), axis));
 }
 LIB float torsionRhs(RowBody a, RowBody b, float4 axis, float jac) {
-  return dot3(axis, a.angular + a.externalAngular - b.angular - b.externalAngular) * jac;
+  return dot3(axis, a.angular - b.angular) * jac;
 }
 
 // A direction scaled by a body's anisotropic friction, per body axis.

@@ -52,6 +52,9 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
     }
     m.bucket = pair.bucket;
     if (pair.bucket != BUCKET_CARRY && pair.bucket != BUCKET_NONE) {
+      // Bullet's sphere-sphere algorithm keeps nothing from step to step, impulses neither.
+      const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
+      if (!persistent) m.pointCount = 0;
       const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
       const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
       const float4 bFromA = b.position - a.position;
@@ -62,7 +65,7 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
         combine(&p, infoA.flags | infoB.flags, materialA, materialB);
         addPoint(&m, p);
       }
-      refreshPoints(&m, ra, rb, bFromA);
+      if (persistent) refreshPoints(&m, ra, rb, bFromA);
     }
     manifolds[i] = m;
   }

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "scene.h"
+
+#include <cmath>
+#include <random>
+
+namespace scenes {
+
+Objects::~Objects() {
+  for (btRigidBody* body : m_bodies) {
+    m_world.removeRigidBody(body);
+    delete body;
+  }
+}
+
+btBoxShape* Objects::box(const btVector3& halfExtents) {
+  auto shape = std::make_unique<btBoxShape>(halfExtents);
+  btBoxShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btSphereShape* Objects::sphere(btScalar radius) {
+  auto shape = std::make_unique<btSphereShape>(radius);
+  btSphereShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btStaticPlaneShape* Objects::plane(const btVector3& normal, btScalar constant) {
+  auto shape = std::make_unique<btStaticPlaneShape>(normal, constant);
+  btStaticPlaneShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btTransform& at) {
+  btVector3 inertia(0, 0, 0);
+  if (mass != btScalar(0)) shape->calculateLocalInertia(mass, inertia);
+  btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
+  info.m_startWorldTransform = at;
+  auto* body = new btRigidBody(info);
+  m_bodies.push_back(body);
+  m_world.addRigidBody(body);
+  return body;
+}
+
+btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btVector3& at) {
+  return add(mass, shape, btTransform(btQuaternion::getIdentity(), at));
+}
+
+namespace {
+
+constexpr double kStep = 1.0 / 60.0;
+const btVector3 kGravity(0, -10, 0);
+
+btScalar s(double v) { return static_cast<btScalar>(v); }
+
+void addGround(Objects& o) {
+  o.world().setGravity(kGravity);
+  o.add(0, o.box(btVector3(400, 400, 400)), btVector3(0, -400, 0));
+}
+
+void addPlane(Objects& o) {
+  o.world().setGravity(kGravity);
+  o.add(0, o.plane(btVector3(0, 1, 0), 0), btVector3(0, 0, 0));
+}
+
+// The paper's demo: layers of boxes with half extent 1, every second layer shifted by half a box.
+void buildStack(Objects& o, Size n) {
+  addGround(o);
+  btBoxShape* box = o.box(btVector3(1, 1, 1));
+  for (int y = 0; y < n.y; ++y) {
+    const btScalar shift = y % 2 ? s(1) : s(0);
+    for (int x = 0; x < n.x; ++x) {
+      for (int z = 0; z < n.z; ++z) {
+        o.add(1, box, btVector3(s(2.2 * (x - n.x / 2)) + shift, s(1 + 2.2 * y), s(2.2 * (z - n.z / 2)) + shift));
+      }
+    }
+  }
+}
+
+void buildPyramid(Objects& o, Size n) {
+  addGround(o);
+  btBoxShape* box = o.box(btVector3(s(0.5), s(0.5), s(0.5)));
+  for (int z = 0; z < n.z; ++z) {
+    for (int row = 0; row < n.x; ++row) {
+      for (int i = 0; i < n.x - row; ++i) {
+        o.add(1, box, btVector3(s(1.05 * (i - 0.5 * (n.x - row))), s(0.5 + 1.0 * row), s(3.0 * z)));
+      }
+    }
+  }
+}
+
+void buildWall(Objects& o, Size n) {
+  addGround(o);
+  btBoxShape* brick = o.box(btVector3(1, s(0.5), s(0.5)));
+  for (int z = 0; z < n.z; ++z) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int x = 0; x < n.x; ++x) {
+        o.add(1, brick, btVector3(s(2.02 * x + (y % 2 ? 1.0 : 0.0)), s(0.5 + 1.0 * y), s(4.0 * z)));
+      }
+    }
+  }
+}
+
+btQuaternion randomRotation(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  btQuaternion q(s(unit(random)), s(unit(random)), s(unit(random)), s(unit(random)));
+  if (q.length2() < s(0.01)) return btQuaternion::getIdentity();
+  return q.normalized();
+}
+
+void buildMixed(Objects& o, Size n) {
+  addPlane(o);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> jitter(-0.2, 0.2), size(0.4, 0.8);
+  for (int y = 0; y < n.y; ++y) {
+    for (int x = 0; x < n.x; ++x) {
+      for (int z = 0; z < n.z; ++z) {
+        const btVector3 at(s(2.0 * (x - n.x / 2) + jitter(random)), s(1.5 + 2.0 * y), s(2.0 * (z - n.z / 2) + jitter(random)));
+        const btQuaternion rotation = randomRotation(random);
+        btCollisionShape* shape = nullptr;
+        if ((x + y + z) % 2) {
+          shape = o.sphere(s(size(random)));
+        } else {
+          const double a = size(random), b = size(random), c = size(random);
+          shape = o.box(btVector3(s(a), s(b), s(c)));
+        }
+        btRigidBody* body = o.add(1, shape, btTransform(rotation, at));
+        body->setFriction(s(0.6));
+        // Without it spheres roll for ever on a plane, in stock too.
+        body->setRollingFriction(s(0.02));
+        body->setSpinningFriction(s(0.02));
+      }
+    }
+  }
+}
+
+void buildBounce(Objects& o, Size n) {
+  addPlane(o);
+  o.bodies().front()->setRestitution(1);
+  btSphereShape* ball = o.sphere(s(0.5));
+  btBoxShape* box = o.box(btVector3(s(0.4), s(0.4), s(0.4)));
+  for (int x = 0; x < n.x; ++x) {
+    const btScalar restitution = s(0.9 * x / btMax(1, n.x - 1));
+    for (int z = 0; z < n.z; ++z) {
+      btCollisionShape* shape = z % 2 ? static_cast<btCollisionShape*>(box) : ball;
+      o.add(1, shape, btVector3(s(2.0 * x), s(3.0 + 0.5 * z), s(2.0 * z)))->setRestitution(restitution);
+    }
+  }
+}
+
+void buildSlope(Objects& o, Size n) {
+  o.world().setGravity(kGravity);
+  const btQuaternion tilt(btVector3(0, 0, 1), s(-std::atan(0.5)));
+  btRigidBody* ground = o.add(0, o.box(btVector3(100, 1, 100)), btTransform(tilt, btVector3(0, 0, 0)));
+  ground->setFriction(1);
+  btBoxShape* slab = o.box(btVector3(s(0.5), s(0.1), s(0.5)));
+  for (int x = 0; x < n.x; ++x) {
+    for (int z = 0; z < n.z; ++z) {
+      const btVector3 local(s(-40 + 3.0 * x), s(1.1), s(2.0 * (z - n.z / 2)));
+      btRigidBody* body = o.add(1, slab, btTransform(tilt, btTransform(tilt) * local));
+      body->setFriction(s(1.0 * (z + 1) / n.z));
+    }
+  }
+}
+
+void buildSpin(Objects& o, Size n) {
+  o.world().setGravity(btVector3(0, 0, 0));
+  btBoxShape* box = o.box(btVector3(s(0.3), s(0.6), s(1.0)));
+  const int flags[] = {0, BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT, BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD,
+                       BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY};
+  for (int x = 0; x < n.x; ++x) {
+    for (int z = 0; z < n.z; ++z) {
+      btRigidBody* body = o.add(1, box, btVector3(s(5.0 * x), 0, s(5.0 * z)));
+      body->setFlags(flags[z % 4]);
+      body->setAngularVelocity(btVector3(s(0.1), s(1.0 + x), s(0.05)));
+      body->setActivationState(DISABLE_DEACTIVATION);
+    }
+  }
+}
+
+void buildDomino(Objects& o, Size n) {
+  addPlane(o);
+  btBoxShape* tile = o.box(btVector3(s(0.1), s(1.0), s(0.5)));
+  for (int z = 0; z < n.z; ++z) {
+    for (int x = 0; x < n.x; ++x) {
+      btRigidBody* body = o.add(1, tile, btVector3(s(1.0 * x), 1, s(4.0 * z)));
+      if (x == 0) body->setAngularVelocity(btVector3(0, 0, s(-2.0)));
+    }
+  }
+}
+
+}  // namespace
+
+const std::vector<Scene>& all() {
+  static const std::vector<Scene> scenes = {
+      {"stack", "layers of boxes, every second one shifted (the paper's demo)", {8, 8, 8}, 300, kStep, {8, 0, Rest::Yes}, buildStack},
+      {"pyramid", "pyramids of X boxes at the base, Z of them", {12, 1, 2}, 300, kStep, {10, 0, Rest::Yes}, buildPyramid},
+      {"wall", "Z walls of X by Y bricks", {12, 8, 2}, 300, kStep, {10, 0, Rest::Yes}, buildWall},
+      {"mixed", "boxes and spheres of many sizes rained on a plane", {6, 6, 6}, 400, kStep, {20, 0, Rest::Yes}, buildMixed},
+      {"bounce", "balls and boxes with restitution from 0 to 0.9 dropped on a plane", {10, 1, 6}, 300, kStep, {40, 0, Rest::No}, buildBounce},
+      {"slope", "slabs of friction up to 1 on a slope of 1 in 2", {6, 1, 10}, 300, kStep, {60, -1e30, Rest::No}, buildSlope},
+      {"spin", "boxes with three different edges spinning freely, one row for each gyroscopic flag", {6, 1, 8}, 600, kStep, {600, -1e30, Rest::No}, buildSpin},
+      {"domino", "Z rows of X dominoes, the first of each pushed", {30, 1, 3}, 600, kStep, {30, 0, Rest::Yes}, buildDomino},
+  };
+  return scenes;
+}
+
+const Scene* find(const std::string& name) {
+  for (const Scene& scene : all()) {
+    if (scene.name == name) return &scene;
+  }
+  return nullptr;
+}
+
+}  // namespace scenes

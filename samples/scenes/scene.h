@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Scenes written against btDiscreteDynamicsWorld&, so that tests, tools and benchmarks run the same one on stock
+// Bullet and on btgpu. Everything is deterministic: two worlds built with the same size hold the same objects in
+// the same order.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace scenes {
+
+struct Size {
+  int x, y, z;
+};
+
+// Owns the shapes and bodies that were put into a world; takes the bodies out again when it goes.
+class Objects {
+ public:
+  explicit Objects(btDiscreteDynamicsWorld& world) : m_world(world) {}
+  ~Objects();
+  Objects(const Objects&) = delete;
+  Objects& operator=(const Objects&) = delete;
+
+  btDiscreteDynamicsWorld& world() { return m_world; }
+  const std::vector<btRigidBody*>& bodies() const { return m_bodies; }  // in the order they were added
+
+  btBoxShape* box(const btVector3& halfExtents);
+  btSphereShape* sphere(btScalar radius);
+  btStaticPlaneShape* plane(const btVector3& normal, btScalar constant);
+  // Adds a body; mass 0 makes it static.
+  btRigidBody* add(btScalar mass, btCollisionShape* shape, const btTransform& at);
+  btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at);
+
+ private:
+  btDiscreteDynamicsWorld& m_world;
+  std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
+  std::vector<btRigidBody*> m_bodies;
+};
+
+enum class Rest { Yes, No, AsStock };
+
+// What a comparison with stock may expect of a scene.
+struct Expectations {
+  // Steps for which single bodies can be held against stock's; later, chaos separates two right simulations.
+  int comparableSteps = 0;
+  // Nothing may sink below this height; minus infinity where there is no ground.
+  double groundHeight = -1e30;
+  // Energy and height settle: the end of the run is compared as a resting state.
+  Rest comesToRest = Rest::Yes;
+};
+
+struct Scene {
+  std::string name, description;
+  Size size;  // default
+  int steps;  // default
+  double timeStep;
+  Expectations expectations;
+  std::function<void(Objects&, Size)> build;
+};
+
+const std::vector<Scene>& all();
+// Null if there is none of that name.
+const Scene* find(const std::string& name);
+
+}  // namespace scenes

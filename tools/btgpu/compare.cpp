@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "compare.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "compat/world_state.h"
+
+namespace btgpu::tool {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// Steps after which the distance to the converged solution is measured: each costs a hundred ordinary steps.
+bool measureConverged(int step, int steps) { return step == steps / 4 || step == steps / 2 || step == steps - 1 - steps / 10; }
+
+void addScalars(XXH3_state_t& state, const btVector3& v) { XXH3_64bits_update(&state, &v, 3 * sizeof(btScalar)); }
+
+// A value that JSON can hold: it has no NaN and no infinity.
+nlohmann::json number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr); }
+
+nlohmann::json figuresJson(const WorldFigures& f, double msPerStep) {
+  return {{"msPerStep", msPerStep},      {"kineticEnergy", number(f.kineticEnergy)},
+          {"meanHeight", number(f.meanHeight)}, {"potentialEnergy", number(f.potentialEnergy)},
+          {"momentum", number(f.momentum)}, {"sleeping", f.sleeping},
+          {"belowGround", f.belowGround}};
+}
+
+}  // namespace
+
+bool CompareResult::pass() const {
+  return compared && std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.pass(); });
+}
+
+std::uint64_t hashBodies(const btCollisionWorld& world) {
+  XXH3_state_t* state = XXH3_createState();
+  XXH3_64bits_reset(state);
+  for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+    const btCollisionObject* o = world.getCollisionObjectArray()[i];
+    for (int row = 0; row < 3; ++row) addScalars(*state, o->getWorldTransform().getBasis()[row]);
+    addScalars(*state, o->getWorldTransform().getOrigin());
+    if (const btRigidBody* body = btRigidBody::upcast(o)) {
+      addScalars(*state, body->getLinearVelocity());
+      addScalars(*state, body->getAngularVelocity());
+    }
+  }
+  const std::uint64_t hash = XXH3_64bits_digest(state);
+  XXH3_freeState(state);
+  return hash;
+}
+
+CompareResult compare(const std::string& name, const Builder& build, const scenes::Expectations& expectations,
+                      double timeStep, int steps, const std::string& device, const std::function<void(int)>& progress) {
+  btGpuSettings settings;
+  settings.m_device = device;
+  settings.m_keepContacts = true;
+  TestWorld<btGpuDynamicsWorld> gpu(build, settings);
+  TestWorld<btDiscreteDynamicsWorld> stock(build);
+  const btScalar dt = static_cast<btScalar>(timeStep);
+  OneStepComparison oneStep(build, dt);
+  FreeRunComparison freeRun(expectations, steps);
+
+  CompareResult result;
+  result.scene = name;
+  result.bodies = gpu.world().getNumCollisionObjects();
+  result.steps = steps;
+  const auto state = findState(&gpu.world());
+  for (int step = 0; step < steps; ++step) {
+    oneStep.beforeStep(gpu.world());
+    const auto gpuStart = Clock::now();
+    gpu.world().stepSimulation(dt, 0);
+    const double gpuTime = millisecondsSince(gpuStart);
+    const auto stockStart = Clock::now();
+    stock.world().stepSimulation(dt, 0);
+    const double stockTime = millisecondsSince(stockStart);
+    if (step > 0) {
+      result.gpuMsPerStep += gpuTime / (steps - 1);
+      result.cpuMsPerStep += stockTime / (steps - 1);
+    }
+    // Once a step ran on the stock path there is nothing left to compare.
+    if (gpu.world().statistics().m_stockSteps > 0) break;
+    oneStep.afterStep(gpu.world(), state->results, measureConverged(step, steps));
+    freeRun.afterStep(step, gpu.world(), state->results, stock.world(), stock.dispatcher());
+    progress(step + 1);
+  }
+
+  const btGpuStatistics statistics = gpu.world().statistics();
+  result.device = statistics.m_device;
+  result.deviceSteps = static_cast<int>(statistics.m_deviceSteps);
+  result.repeatedSteps = static_cast<int>(statistics.m_repeatedSteps);
+  result.fallbacks = gpu.world().fallbackReport();
+  result.hash = hashBodies(gpu.world());
+  result.compared = result.deviceSteps > 0;
+  result.checks.push_back(makeCheck("device.missing_steps", steps - result.deviceSteps));
+  result.checks.push_back(makeCheck("device.fallbacks", static_cast<double>(result.fallbacks.size())));
+  if (result.deviceSteps == steps) {
+    for (const auto& list : {freeRun.checks(), oneStep.checks()}) {
+      result.checks.insert(result.checks.end(), list.begin(), list.end());
+    }
+    result.gpu = freeRun.gpuFigures();
+    result.stock = freeRun.stockFigures();
+  }
+  return result;
+}
+
+std::string toText(const CompareResult& r) {
+  std::string text = fmt::format("{}: {} bodies, {} steps, {} on {}\n", r.scene, r.bodies, r.steps, r.deviceSteps,
+                                 r.device.empty() ? "no device" : r.device);
+  text += fmt::format("  {:<30} {:>12} {:>12}\n", "", "btgpu", "stock");
+  const auto row = [&text](const char* what, double a, double b) {
+    text += fmt::format("  {:<30} {:>12.5g} {:>12.5g}\n", what, a, b);
+  };
+  row("ms a step", r.gpuMsPerStep, r.cpuMsPerStep);
+  row("mean height", r.gpu.meanHeight, r.stock.meanHeight);
+  row("kinetic energy a body", r.gpu.kineticEnergy, r.stock.kineticEnergy);
+  row("sleeping bodies", r.gpu.sleeping, r.stock.sleeping);
+  text += fmt::format("  {:<30} {:>12} {:>12}\n", "check", "value", "limit");
+  for (const Check& c : r.checks) {
+    text += fmt::format("  {:<30} {:>12.5g} {:>12.5g}  {}\n", c.name, c.value, c.limit, c.pass() ? "ok" : "FAILED");
+  }
+  for (const auto& f : r.fallbacks) text += fmt::format("  on the CPU: {} ({}), {} times\n", f.m_what, f.m_reason, f.m_count);
+  text += !r.compared ? "not compared: no step ran on a device\n" : r.pass() ? "in agreement\n" : "NOT in agreement\n";
+  return text;
+}
+
+std::string toJson(const CompareResult& r) {
+  nlohmann::json checks = nlohmann::json::array(), fallbacks = nlohmann::json::array();
+  for (const Check& c : r.checks) {
+    checks.push_back({{"name", c.name}, {"value", number(c.value)}, {"limit", c.limit}, {"pass", c.pass()}});
+  }
+  for (const auto& f : r.fallbacks) fallbacks.push_back({{"what", f.m_what}, {"reason", f.m_reason}, {"count", f.m_count}});
+  const nlohmann::json json = {{"scene", r.scene},
+                               {"bodies", r.bodies},
+                               {"steps", r.steps},
+                               {"deviceSteps", r.deviceSteps},
+                               {"repeatedSteps", r.repeatedSteps},
+                               {"device", r.device},
+                               {"compared", r.compared},
+                               {"pass", r.pass()},
+                               {"hash", fmt::format("{:016x}", r.hash)},
+                               {"checks", checks},
+                               {"cpu", figuresJson(r.stock, r.cpuMsPerStep)},
+                               {"gpu", figuresJson(r.gpu, r.gpuMsPerStep)},
+                               {"fallbacks", fallbacks}};
+  return json.dump(2) + "\n";
+}
+
+}  // namespace btgpu::tool

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "one_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "translation/contacts.h"
+#include "translation/convert.h"
+
+namespace btgpu::tool {
+namespace {
+
+constexpr double kTouching = 1e-4;       // of the size: pairs within it may or may not have a contact
+constexpr double kSameDepth = 2e-4;      // of the size
+constexpr double kSameNormal = 0.99905;  // cos 2.5 degrees
+constexpr int kConvergedIterations = 1000;
+
+int deepestPoint(const Manifold& m) {
+  int deepest = 0;
+  for (int k = 1; k < m.pointCount; ++k) {
+    if (m.points[k].localPointA.w < m.points[deepest].localPointA.w) deepest = k;
+  }
+  return deepest;
+}
+
+const btManifoldPoint& deepestPoint(const btPersistentManifold& m) {
+  int deepest = 0;
+  for (int k = 1; k < m.getNumContacts(); ++k) {
+    if (m.getContactPoint(k).getDistance() < m.getContactPoint(deepest).getDistance()) deepest = k;
+  }
+  return m.getContactPoint(deepest);
+}
+
+double difference(const Velocity& a, const Velocity& b) {
+  const double speed = 1 + double(btMax(a.linear.length(), a.angular.length()));
+  return double(btMax((a.linear - b.linear).length(), (a.angular - b.angular).length())) / speed;
+}
+
+double relativeSize(double size) { return std::isfinite(size) ? std::min(size, 10.0) : 10.0; }
+
+double ratio(double ours, double stock) { return stock > 0 ? ours / stock : (ours > 0 ? HUGE_VAL : 0); }
+
+double share(long part, long whole) { return whole ? double(part) / double(whole) : 0; }
+
+bool isDynamic(const btCollisionObject& o) { return btRigidBody::upcast(&o) && !o.isStaticOrKinematicObject(); }
+
+}  // namespace
+
+OneStepComparison::OneStepComparison(const Builder& build, btScalar timeStep)
+    : m_oracle(std::make_unique<TestWorld<OracleWorld>>(build)), m_timeStep(timeStep) {
+  // Pairs that don't overlap any more go at once, not a percentage of them a step.
+  m_oracle->broadphase().m_cupdates = 100;
+  const btCollisionObjectArray& objects = m_oracle->world().getCollisionObjectArray();
+  for (int i = 0; i < objects.size(); ++i) {
+    m_sizes.push_back(relativeSize(double(objects[i]->getCollisionShape()->getAngularMotionDisc())));
+  }
+}
+
+OneStepComparison::~OneStepComparison() = default;
+
+void OneStepComparison::beforeStep(const btCollisionWorld& gpuWorld) { m_before = captureStates(gpuWorld); }
+
+void OneStepComparison::afterStep(const btCollisionWorld& gpuWorld, const StepResults& results, bool converged) {
+  OracleWorld& oracle = m_oracle->world();
+  oracle.setState(m_before, m_cache);
+  oracle.findContacts(m_timeStep);
+  compareContacts(results.matchedManifolds);
+
+  // The solver's half starts from stock's own prediction, with our contacts.
+  const std::vector<BodyState> predicted = captureStates(oracle);
+  oracle.replaceContacts(results.matchedManifolds);
+  oracle.solve(m_timeStep);
+  const std::vector<Velocity> stock = oracle.velocities();
+  compareSolver(gpuWorld, results);
+  const std::vector<BodyState> solved = captureStates(oracle);
+  if (converged) {
+    std::vector<Velocity> gpu;
+    for (const BodyState& s : captureStates(gpuWorld)) gpu.push_back({s.linear, s.angular});
+    oracle.restore(predicted);
+    oracle.replaceContacts(results.matchedManifolds);
+    compareConverged(gpu, stock);
+    oracle.restore(solved);
+  }
+  oracle.finish(m_timeStep);
+  compareEnd(gpuWorld, results.matchedManifolds);
+  m_cache = results.manifolds;
+}
+
+// Pairs that neither world looked at: both bodies asleep before the step.
+bool OneStepComparison::awake(const Manifold& m) const {
+  const auto active = [](int state) { return state != ISLAND_SLEEPING && state != DISABLE_SIMULATION; };
+  return active(m_before[m.bodyA].activation) || active(m_before[m.bodyB].activation);
+}
+
+void OneStepComparison::compareContacts(const std::vector<Manifold>& ours) {
+  OracleWorld& oracle = m_oracle->world();
+  btDispatcher& dispatcher = *oracle.getDispatcher();
+  // Stock's manifolds by pair; what is left at the end has no partner among ours.
+  std::vector<std::pair<std::pair<int, int>, const btPersistentManifold*>> stock;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold* m = dispatcher.getManifoldByIndexInternal(i);
+    const int a = m->getBody0()->getWorldArrayIndex(), b = m->getBody1()->getWorldArrayIndex();
+    if (m->getNumContacts() > 0) stock.push_back({{std::min(a, b), std::max(a, b)}, m});
+  }
+  std::sort(stock.begin(), stock.end());
+  std::vector<bool> met(stock.size(), false);
+  for (const Manifold& m : ours) {
+    if (!awake(m)) continue;
+    const std::pair<int, int> key(static_cast<int>(std::min(m.bodyA, m.bodyB)), static_cast<int>(std::max(m.bodyA, m.bodyB)));
+    const auto it = std::lower_bound(stock.begin(), stock.end(), std::make_pair(key, static_cast<const btPersistentManifold*>(nullptr)));
+    const bool found = it != stock.end() && it->first == key;
+    if (found) met[static_cast<size_t>(it - stock.begin())] = true;
+    comparePair(m, found ? it->second : nullptr);
+  }
+  for (size_t i = 0; i < stock.size(); ++i) {
+    if (met[i]) continue;
+    Manifold none{};
+    none.bodyA = static_cast<uint>(stock[i].first.first);
+    none.bodyB = static_cast<uint>(stock[i].first.second);
+    if (awake(none)) comparePair(none, stock[i].second);
+  }
+}
+
+void OneStepComparison::comparePair(const Manifold& ours, const btPersistentManifold* stock) {
+  const double size = std::min(m_sizes[ours.bodyA], m_sizes[ours.bodyB]);
+  const bool stockHas = stock != nullptr;
+  if (ours.pointCount == 0 && !stockHas) return;
+  ++m_pairs;
+  if (ours.pointCount == 0 || !stockHas) {
+    const double depth = stockHas ? -double(deepestPoint(*stock).getDistance())
+                                  : -double(ours.points[deepestPoint(ours)].localPointA.w);
+    if (depth > kTouching * size) ++m_missingPairs;
+    return;
+  }
+  const ContactPoint& mine = ours.points[deepestPoint(ours)];
+  const btManifoldPoint& theirs = deepestPoint(*stock);
+  if (std::fabs(double(mine.localPointA.w) - double(theirs.getDistance())) > kSameDepth * size) ++m_otherDepths;
+  if (double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB)) < kSameNormal) ++m_otherNormals;
+}
+
+// Our contacts with the impulses that stock's solver left in the dispatcher.
+std::vector<Manifold> OneStepComparison::readSolved(const std::vector<Manifold>& contacts) {
+  std::vector<Manifold> solved = contacts;
+  OracleWorld& oracle = m_oracle->world();
+  const btCollisionObjectArray& objects = oracle.getCollisionObjectArray();
+  for (Manifold& m : solved) {
+    if (m.pointCount == 0) continue;
+    btPersistentManifold* from =
+        manifoldOfPair(oracle, *objects[static_cast<int>(m.bodyA)], *objects[static_cast<int>(m.bodyB)]);
+    if (!from || from->getNumContacts() != m.pointCount) continue;
+    for (int k = 0; k < m.pointCount; ++k) m.points[k] = readContactPoint(from->getContactPoint(k));
+  }
+  return solved;
+}
+
+void OneStepComparison::compareSolver(const btCollisionWorld& gpuWorld, const StepResults& results) {
+  OracleWorld& oracle = m_oracle->world();
+  const std::vector<Manifold>& contacts = results.matchedManifolds;
+  const std::vector<Velocity> stock = oracle.velocities();
+  std::vector<Velocity> gpu, predicted;
+  for (const BodyState& s : captureStates(gpuWorld)) gpu.push_back({s.linear, s.angular});
+  for (const BodyState& s : m_before) predicted.push_back({s.linear, s.angular});
+
+  // Manifolds of each body that have points, and whether one of them is shared with another moving body.
+  std::vector<int> manifolds(stock.size(), 0);
+  std::vector<bool> coupled(stock.size(), false);
+  const btCollisionObjectArray& objects = oracle.getCollisionObjectArray();
+  for (const Manifold& m : contacts) {
+    if (m.pointCount == 0) continue;
+    ++manifolds[m.bodyA];
+    ++manifolds[m.bodyB];
+    if (isDynamic(*objects[static_cast<int>(m.bodyA)]) && isDynamic(*objects[static_cast<int>(m.bodyB)])) {
+      coupled[m.bodyA] = coupled[m.bodyB] = true;
+    }
+  }
+  for (size_t i = 0; i < stock.size(); ++i) {
+    const btCollisionObject& o = *objects[static_cast<int>(i)];
+    // Bodies that fell asleep lose their velocity after the solver: the comparison at the end sees them.
+    const int state = gpuWorld.getCollisionObjectArray()[static_cast<int>(i)]->getActivationState();
+    if (!isDynamic(o) || state == ISLAND_SLEEPING || !o.isActive()) continue;
+    if (manifolds[i] == 0) m_freeVelocity = std::max(m_freeVelocity, difference(gpu[i], stock[i]));
+    if (manifolds[i] == 1 && !coupled[i]) m_singleVelocity = std::max(m_singleVelocity, difference(gpu[i], stock[i]));
+  }
+
+  const auto add = [](Residual& to, const Residual& r) {
+    to.sumOfSquares += r.sumOfSquares;
+    to.rows += r.rows;
+  };
+  add(m_ourResidual, measureResidual(oracle, contacts, results.manifolds, m_before, predicted, gpu, m_timeStep));
+  add(m_stockResidual, measureResidual(oracle, contacts, readSolved(contacts), m_before, predicted, stock, m_timeStep));
+
+  // Measured against the energy that goes into the solver, forces of the step included.
+  std::vector<Velocity> entering = predicted;
+  for (size_t i = 0; i < entering.size(); ++i) {
+    const btRigidBody* body = btRigidBody::upcast(objects[static_cast<int>(i)]);
+    if (body && isDynamic(*body)) entering[i].linear += body->getTotalForce() * body->getInvMass() * m_timeStep;
+  }
+  const double energy = kineticEnergy(oracle, entering);
+  if (energy > 0) m_energy = std::max(m_energy, (kineticEnergy(oracle, gpu) - kineticEnergy(oracle, stock)) / energy);
+}
+
+void OneStepComparison::compareConverged(const std::vector<Velocity>& gpu, const std::vector<Velocity>& stock) {
+  OracleWorld& oracle = m_oracle->world();
+  oracle.solve(m_timeStep, kConvergedIterations);
+  const std::vector<Velocity> exact = oracle.velocities();
+  m_ourDistance += velocityDistance(oracle, gpu, exact);
+  m_stockDistance += velocityDistance(oracle, stock, exact);
+}
+
+void OneStepComparison::compareEnd(const btCollisionWorld& gpuWorld, const std::vector<Manifold>& contacts) {
+  const btCollisionObjectArray& ours = gpuWorld.getCollisionObjectArray();
+  const btCollisionObjectArray& stock = m_oracle->world().getCollisionObjectArray();
+  std::vector<bool> touched(m_before.size(), false);
+  for (const Manifold& m : contacts) {
+    if (m.pointCount > 0) touched[m.bodyA] = touched[m.bodyB] = true;
+  }
+  for (int i = 0; i < stock.size(); ++i) {
+    if (!isDynamic(*stock[i])) continue;
+    ++m_states;
+    if (ours[i]->getActivationState() != stock[i]->getActivationState()) ++m_otherStates;
+    if (touched[static_cast<size_t>(i)]) continue;
+    const btTransform& a = ours[i]->getWorldTransform();
+    const btTransform& b = stock[i]->getWorldTransform();
+    const double scale = m_sizes[static_cast<size_t>(i)] + double(b.getOrigin().length());
+    m_pose = std::max(m_pose, double((a.getOrigin() - b.getOrigin()).length()) / scale);
+    for (int row = 0; row < 3; ++row) {
+      m_pose = std::max(m_pose, double((a.getBasis()[row] - b.getBasis()[row]).length()));
+    }
+  }
+}
+
+std::vector<Check> OneStepComparison::checks() const {
+  std::vector<Check> checks = {
+      makeCheck("contact.missing_pairs", share(m_missingPairs, m_pairs)),
+      makeCheck("contact.depth", share(m_otherDepths, m_pairs)),
+      makeCheck("contact.normal", share(m_otherNormals, m_pairs)),
+      makeCheck("solver.free_velocity", m_freeVelocity),
+      makeCheck("solver.single_velocity", m_singleVelocity),
+      makeCheck("solver.residual", ratio(m_ourResidual.rms(), m_stockResidual.rms())),
+      makeCheck("solver.energy", m_energy),
+      makeCheck("integrate.pose", m_pose),
+      makeCheck("sleep.state", share(m_otherStates, m_states)),
+  };
+  if (m_stockDistance > 0) {
+    checks.push_back(makeCheck("solver.distance_to_converged", ratio(m_ourDistance, m_stockDistance)));
+  }
+  return checks;
+}
+
+}  // namespace btgpu::tool

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "residuals.h"
+#include "tolerances.h"
+
+namespace btgpu::tool {
+
+// Holds every step of btgpu against one step of stock from the same state, caches included; contacts and solver are
+// compared apart. btgpu's world is never touched.
+class OneStepComparison {
+ public:
+  OneStepComparison(const Builder& build, btScalar timeStep);
+  ~OneStepComparison();
+
+  // Around each step of btgpu's world. `converged`: also measure the distance to stock run to convergence.
+  void beforeStep(const btCollisionWorld& gpuWorld);
+  void afterStep(const btCollisionWorld& gpuWorld, const StepResults& results, bool converged);
+
+  std::vector<Check> checks() const;
+
+ private:
+  void compareContacts(const std::vector<Manifold>& ours);
+  void comparePair(const Manifold& ours, const btPersistentManifold* stock);
+  void compareSolver(const btCollisionWorld& gpuWorld, const StepResults& results);
+  void compareConverged(const std::vector<Velocity>& gpu, const std::vector<Velocity>& stock);
+  void compareEnd(const btCollisionWorld& gpuWorld, const std::vector<Manifold>& contacts);
+  std::vector<Manifold> readSolved(const std::vector<Manifold>& contacts);
+  bool awake(const Manifold& m) const;
+
+  std::unique_ptr<TestWorld<OracleWorld>> m_oracle;
+  btScalar m_timeStep;
+  std::vector<BodyState> m_before;
+  std::vector<Manifold> m_cache;  // btgpu's manifolds after the step before
+  std::vector<double> m_sizes;    // of the bodies: their angular motion disc, at most 10
+
+  long m_pairs = 0, m_missingPairs = 0, m_otherDepths = 0, m_otherNormals = 0;
+  long m_states = 0, m_otherStates = 0;
+  double m_freeVelocity = 0, m_singleVelocity = 0, m_pose = 0, m_energy = 0;
+  Residual m_ourResidual, m_stockResidual;
+  double m_ourDistance = 0, m_stockDistance = 0;
+};
+
+}  // namespace btgpu::tool

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "oracle.h"
+
+#include "translation/contacts.h"
+
+// Bullet's margin of broadphase leaves; exported, but in no header.
+extern btScalar gDbvtMargin;
+
+namespace btgpu::tool {
+namespace {
+
+// Pairs without margin, which are the ones that btgpu and Bullet's other broadphases find; islands are merged over
+// them. The margin is a global, so it is put back at once for the other worlds.
+class NoLeafMargin {
+ public:
+  NoLeafMargin() : m_saved(gDbvtMargin) { gDbvtMargin = 0; }
+  ~NoLeafMargin() { gDbvtMargin = m_saved; }
+  NoLeafMargin(const NoLeafMargin&) = delete;
+  NoLeafMargin& operator=(const NoLeafMargin&) = delete;
+
+ private:
+  btScalar m_saved;
+};
+
+}  // namespace
+
+std::vector<BodyState> captureStates(const btCollisionWorld& world) {
+  std::vector<BodyState> states;
+  const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+  states.reserve(static_cast<size_t>(objects.size()));
+  for (int i = 0; i < objects.size(); ++i) {
+    const btCollisionObject& o = *objects[i];
+    BodyState s{o.getWorldTransform(), o.getInterpolationWorldTransform(), btVector3(0, 0, 0), btVector3(0, 0, 0),
+                o.getInterpolationLinearVelocity(), o.getInterpolationAngularVelocity(), o.getActivationState(),
+                o.getDeactivationTime()};
+    if (const btRigidBody* body = btRigidBody::upcast(&o)) {
+      s.linear = body->getLinearVelocity();
+      s.angular = body->getAngularVelocity();
+    }
+    states.push_back(s);
+  }
+  return states;
+}
+
+void OracleWorld::restore(const std::vector<BodyState>& states) {
+  for (size_t i = 0; i < states.size(); ++i) {
+    const BodyState& s = states[i];
+    btCollisionObject& o = *object(static_cast<uint>(i));
+    o.setWorldTransform(s.transform);
+    o.setInterpolationWorldTransform(s.interpolation);
+    o.setInterpolationLinearVelocity(s.interpolationLinear);
+    o.setInterpolationAngularVelocity(s.interpolationAngular);
+    o.forceActivationState(s.activation);
+    o.setDeactivationTime(s.deactivationTime);
+    if (btRigidBody* body = btRigidBody::upcast(&o)) {
+      body->setLinearVelocity(s.linear);
+      body->setAngularVelocity(s.angular);
+      body->updateInertiaTensor();
+    }
+  }
+}
+
+void OracleWorld::setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache) {
+  restore(states);
+  clearForces();
+  applyGravity();
+  // The pairs have to be there before their manifolds can be filled.
+  const NoLeafMargin tight;
+  updateAabbs();
+  computeOverlappingPairs();
+  replaceContacts(cache);
+}
+
+void OracleWorld::findContacts(btScalar timeStep) {
+  predictUnconstraintMotion(timeStep);
+  getDispatchInfo().m_timeStep = timeStep;
+  getDispatchInfo().m_stepCount = 0;
+  createPredictiveContacts(timeStep);
+  const NoLeafMargin tight;
+  performDiscreteCollisionDetection();
+}
+
+void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts) {
+  for (int i = 0; i < getDispatcher()->getNumManifolds(); ++i) {
+    getDispatcher()->getManifoldByIndexInternal(i)->clearManifold();
+  }
+  for (const Manifold& m : contacts) {
+    if (m.pointCount == 0) continue;
+    btPersistentManifold* manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
+    if (manifold) writeManifold(m, *manifold);
+  }
+}
+
+void OracleWorld::solve(btScalar timeStep, int iterations) {
+  btContactSolverInfo& info = getSolverInfo();
+  const int ownIterations = info.m_numIterations;
+  if (iterations >= 0) info.m_numIterations = iterations;
+  info.m_timeStep = timeStep;
+  calculateSimulationIslands();
+  solveConstraints(info);
+  info.m_numIterations = ownIterations;
+}
+
+void OracleWorld::finish(btScalar timeStep) {
+  integrateTransforms(timeStep);
+  updateActivationState(timeStep);
+  clearForces();
+}
+
+std::vector<Velocity> OracleWorld::velocities() const {
+  std::vector<Velocity> result(static_cast<size_t>(getNumCollisionObjects()), {btVector3(0, 0, 0), btVector3(0, 0, 0)});
+  for (int i = 0; i < getNumCollisionObjects(); ++i) {
+    if (const btRigidBody* body = btRigidBody::upcast(getCollisionObjectArray()[i])) {
+      result[static_cast<size_t>(i)] = {body->getLinearVelocity(), body->getAngularVelocity()};
+    }
+  }
+  return result;
+}
+
+}  // namespace btgpu::tool

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <vector>
+
+#include "oracle.h"
+
+namespace btgpu::tool {
+
+// One and the same measure of how well velocities and impulses satisfy the contact rows, whoever solved them: the
+// velocity error that each row still has. Normal row: the error counts in full while the contact pushes, and only if
+// it approaches while it does not. Friction row: slip counts while the impulse is inside the cone.
+struct Residual {
+  double sumOfSquares = 0;
+  long rows = 0;
+  double rms() const;
+};
+
+// `contacts`: as the solver got them (poses, distances). `solved`: the same manifolds with the impulses found.
+// `before`: the bodies' states before the step, forces included in `velocities`.
+Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector<Manifold>& contacts,
+                         const std::vector<Manifold>& solved, const std::vector<BodyState>& before,
+                         const std::vector<Velocity>& predicted, const std::vector<Velocity>& velocities,
+                         btScalar timeStep);
+
+// Mass-weighted distance of two sets of velocities: sqrt(sum m |dv|^2 + dw . I dw).
+double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a, const std::vector<Velocity>& b);
+
+double kineticEnergy(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& velocities);
+
+}  // namespace btgpu::tool
