@@ -429,6 +429,18 @@ TEST_F(OneContactTest, KinematicGroundSmall) {
   EXPECT_EQ(rows(c)[ROW_NORMAL_RHS], 0);
 }
 
+// Bullet fixes the directions for good only if there are two that do not depend on the slip.
+TEST_F(OneContactTest, DirectionsForGoodSmall) {
+  for (uint bits = 0; bits < 8; ++bits) {
+    OneContact c;
+    c.scene.settings.twoFrictionDirections = bits & 1;
+    c.scene.settings.velocityDependentFriction = bits & 2;
+    if (bits & 4) c.velocity().linear = {1, 0, 0, 0};
+    rows(c);
+    EXPECT_EQ(m_point.flags, (bits & 3) == 1 ? POINT_LATERAL_FRICTION_INITIALIZED : 0) << "case " << bits;
+  }
+}
+
 // A body that is not finite gets rows of zeros: it can't push its neighbours.
 TEST_F(OneContactTest, NotFiniteSmall) {
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
