@@ -19,7 +19,9 @@ struct Pose {
   double w;
 };
 
-bool isFinite(const Vec& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool isFinite(float4 v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z) && std::isfinite(v.w);
+}
 
 // btTransformUtil::integrateTransform. A spin of more than a quarter of pi a step is limited, but only in the
 // angle: the sine part keeps the size that it has for the whole spin, as in Bullet.
@@ -70,16 +72,18 @@ void integratePosesReference(const StepParams& params, const std::vector<BodySte
       pose = move(pose, linear, angular, dt);
       moved = true;
     }
-    const bool finite = isFinite(pose.position) && isFinite(pose.turn) && std::isfinite(pose.w) &&
-                        isFinite(linear) && isFinite(angular);
+    const BodyPose newPose = {toFloat4(pose.position), toFloat4(pose.turn, pose.w)};
+    const BodyVelocity newVelocity = {toFloat4(linear), toFloat4(angular)};
+    const bool finite = isFinite(newPose.position) && isFinite(newPose.orientation) &&
+                        isFinite(newVelocity.linear) && isFinite(newVelocity.angular);
     if (!finite) {
       state.infos[i].flags |= BODY_QUARANTINED;
       state.velocities[i] = {};
       ++state.quarantined;
       continue;
     }
-    if (moved) state.poses[i] = {toFloat4(pose.position), toFloat4(pose.turn, pose.w)};
-    if (dynamic || written) state.velocities[i] = {toFloat4(linear), toFloat4(angular)};
+    if (moved) state.poses[i] = newPose;
+    if (dynamic || written) state.velocities[i] = newVelocity;
   }
 }
 
