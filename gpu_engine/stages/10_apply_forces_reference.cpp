@@ -121,7 +121,8 @@ BodyStep stepOf(const StepParams& params, const BodyInfo& info, const BodyPose& 
   step.inverseInertia2 = toFloat4(world.row[2]);
   step.externalLinear = toFloat4(toVec(forces.force) * inverseMass * timeStep);
   Vec change = world * toVec(forces.torque) * timeStep;
-  if (inverseMass != 0) {
+  // btSequentialImpulseConstraintSolver::convertBodies gets the bodies of an island only.
+  if (inverseMass != 0 && !isStaticOrKinematic(info)) {
     change = change +
              gyroscopicChange(info.flags, r, inverseInertia, angular, timeStep, params.maxGyroscopicForce);
   }

@@ -52,6 +52,12 @@ LIB RowBody makeRowBody(BodyStep step, float4 angularFactor) {
   return b;
 }
 
+// Whether impulses change the velocity of the body's centre. Bullet's convertContact leaves out contacts in which they
+// do that to neither body, even if they could turn one (btVector3::fuzzyZero of both inverse masses times factor).
+LIB int canBePushed(float inverseMass, float4 linearFactor) {
+  return lengthSqr3(linearFactor * inverseMass) >= BTGPU_EPSILON * BTGPU_EPSILON;
+}
+
 LIB float4 velocityAt(RowBody b, float4 r) { return b.linear + cross3(b.angular, r); }
 LIB float4 velocityWithForcesAt(RowBody b, float4 r) {
   return b.linear + b.externalLinear + cross3(b.angular + b.externalAngular, r);

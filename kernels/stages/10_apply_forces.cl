@@ -35,7 +35,8 @@ KERNEL applyForces(uint bodyCount, __global const StepParams* params, __global c
       step.inverseInertia2 = inverseInertia.row2;
       step.externalLinear = xyz(forces[i].force) * (inverseMass * timeStep);
       step.externalAngular = mulMatrix(inverseInertia, forces[i].torque) * timeStep;
-      if (inverseMass != 0.0f) {
+      // Bullet's convertBodies sees only bodies that are in an island.
+      if (inverseMass != 0.0f && !isStaticOrKinematic(flags)) {
         step.externalAngular += gyroscopicChange(flags, rotation, mass.inverseInertiaLocal, inverseInertia, angular,
                                                  timeStep, params->maxGyroscopicForce);
       }

@@ -30,6 +30,7 @@ STRUCT(End) {
   Matrix3 rotation;
   BodyMaterial material;
   uint flags;
+  int pushed;  // canBePushed
 };
 
 static End makeEnd(uint i, __global const BodyInfo* infos, __global const BodyPose* poses,
@@ -40,6 +41,7 @@ static End makeEnd(uint i, __global const BodyInfo* infos, __global const BodyPo
   end.rotation = matrixFromQuaternion(poses[i].orientation);
   end.material = materials[i];
   end.flags = infos[i].flags;
+  end.pushed = canBePushed(end.body.inverseMass, masses[i].linearFactor);
   return end;
 }
 
@@ -146,7 +148,7 @@ KERNEL prepareContacts(uint slotCapacity, __global const StepCounters* counters,
     for (uint k = 0; k < header.pointCount; ++k) {
       ContactPoint p = manifold->points[k];
       const float4 ra = mulMatrix(a.rotation, p.localPointA), rb = mulMatrix(b.rotation, p.localPointB);
-      const int solved = p.localPointA.w <= manifold->processingThreshold;
+      const int solved = p.localPointA.w <= manifold->processingThreshold && (a.pushed || b.pushed);
       if (solved) chooseTangents(s, a, b, ra, rb, &p);
       manifold->points[k] = p;
       __global float* slot2 = tangent2;

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "55_build_islands_reference.h"
+
+#include <queue>
+
+#include "../../kernels/shared/shape.h"
+
+namespace btgpu {
+namespace {
+
+bool has(const BodyInfo& body, uint flag) { return (body.flags & flag) != 0; }
+
+// In an island at all, if only its own.
+bool isMember(const BodyInfo& body) {
+  return has(body, BODY_PRESENT) && !has(body, BODY_STATIC) && !has(body, BODY_KINEMATIC);
+}
+
+// btCollisionObject::mergesSimulationIslands; a quarantined body is as good as absent.
+bool merges(const BodyInfo& body) {
+  return isMember(body) && !has(body, BODY_NO_RESPONSE) && !has(body, BODY_QUARANTINED);
+}
+
+std::vector<uint> findRoots(const std::vector<BodyInfo>& infos, const std::vector<Pair>& pairs) {
+  std::vector<std::vector<uint>> neighbours(infos.size());
+  for (const Pair& pair : pairs) {
+    if (!merges(infos[pair.bodyA]) || !merges(infos[pair.bodyB])) continue;
+    neighbours[pair.bodyA].push_back(pair.bodyB);
+    neighbours[pair.bodyB].push_back(pair.bodyA);
+  }
+  std::vector<uint> roots(infos.size(), NO_INDEX);
+  for (uint start = 0; start < infos.size(); ++start) {
+    if (roots[start] != NO_INDEX) continue;
+    roots[start] = start;
+    std::queue<uint> open;
+    for (open.push(start); !open.empty(); open.pop()) {
+      for (const uint next : neighbours[open.front()]) {
+        if (roots[next] != NO_INDEX) continue;
+        roots[next] = start;
+        open.push(next);
+      }
+    }
+  }
+  return roots;
+}
+
+// btCollisionObject::setActivationState.
+void setState(BodyActivation& activation, int state) {
+  if (activation.state == STATE_DISABLE_DEACTIVATION || activation.state == STATE_DISABLE_SIMULATION) return;
+  activation.state = state;
+}
+
+// btCollisionObject::isActive.
+bool isActive(const BodyActivation& activation) {
+  return activation.state != STATE_FIXED_BASE && activation.state != STATE_SLEEPING &&
+         activation.state != STATE_DISABLE_SIMULATION;
+}
+
+void decideSleep(const std::vector<BodyInfo>& infos, const std::vector<uint>& roots,
+                 std::vector<BodyActivation>& activations) {
+  std::vector<char> awake(infos.size(), 0);  // by root
+  for (uint i = 0; i < infos.size(); ++i) {
+    const int state = activations[i].state;
+    if (isMember(infos[i]) && (state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION))
+      awake[roots[i]] = 1;
+  }
+  for (uint i = 0; i < infos.size(); ++i) {
+    if (!isMember(infos[i])) continue;
+    if (!awake[roots[i]]) {
+      setState(activations[i], STATE_SLEEPING);
+    } else if (activations[i].state == STATE_SLEEPING) {
+      activations[i] = {STATE_WANTS_DEACTIVATION, 0.0f};
+    }
+  }
+}
+
+// A pair whose algorithm has run has a manifold, with points or without.
+bool hasManifold(const Pair& pair) {
+  if (pair.bucket == BUCKET_NONE) return false;
+  return pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX;
+}
+
+// btCollisionObject::activate by an awake kinematic body.
+void wakeBy(const BodyInfo& waker, const BodyActivation& wakerActivation, const BodyInfo& other,
+            BodyActivation& activation) {
+  if (!has(waker, BODY_KINEMATIC) || has(waker, BODY_NO_RESPONSE)) return;
+  if (wakerActivation.state == STATE_SLEEPING || !isMember(other)) return;
+  setState(activation, STATE_ACTIVE);
+  activation.deactivationTime = 0.0f;
+}
+
+void wake(const std::vector<BodyInfo>& infos, const std::vector<Pair>& pairs,
+          std::vector<BodyActivation>& activations) {
+  for (const Pair& pair : pairs) {
+    const uint a = pair.bodyA, b = pair.bodyB;
+    if (!hasManifold(pair)) continue;
+    wakeBy(infos[a], activations[a], infos[b], activations[b]);
+    wakeBy(infos[b], activations[b], infos[a], activations[a]);
+  }
+}
+
+bool canMove(const BodyStep& step) { return step.angularVelocity.w != 0.0f; }
+
+}  // namespace
+
+IslandsReference buildIslandsReference(const std::vector<BodyInfo>& infos, const std::vector<BodyStep>& steps,
+                                       const std::vector<BodyActivation>& activations,
+                                       const std::vector<Pair>& pairs,
+                                       const std::vector<Manifold>& manifolds) {
+  IslandsReference out;
+  out.roots = findRoots(infos, pairs);
+  out.activations = activations;
+  decideSleep(infos, out.roots, out.activations);
+  wake(infos, pairs, out.activations);
+
+  std::vector<char> islandSolved(infos.size(), 0);  // by root
+  for (uint i = 0; i < infos.size(); ++i) {
+    if (isMember(infos[i]) && isActive(out.activations[i])) islandSolved[out.roots[i]] = 1;
+  }
+  out.solved.assign(infos.size(), 0);
+  for (uint i = 0; i < infos.size(); ++i) out.solved[i] = isMember(infos[i]) && islandSolved[out.roots[i]];
+
+  for (uint m = 0; m < manifolds.size(); ++m) {
+    const uint a = manifolds[m].bodyA, b = manifolds[m].bodyB;
+    out.contactPoints += static_cast<uint>(manifolds[m].pointCount);
+    if (manifolds[m].pointCount == 0) continue;
+    if (has(infos[a], BODY_NO_RESPONSE) || has(infos[b], BODY_NO_RESPONSE)) continue;
+    if (!isMember(infos[a]) && !isMember(infos[b])) continue;
+    if (!canMove(steps[a]) && !canMove(steps[b])) continue;
+    if (out.activations[a].state == STATE_SLEEPING && out.activations[b].state == STATE_SLEEPING) continue;
+    const uint island = isMember(infos[a]) ? out.roots[a] : out.roots[b];
+    if (!islandSolved[island]) continue;
+    out.constraints.push_back(m);
+    // Kinematic bodies that were left with mass are in no island, but the solver moves them.
+    for (const uint body : {a, b}) {
+      if (!isMember(infos[body]) && canMove(steps[body])) out.solved[body] = 1;
+    }
+  }
+  return out;
+}
+
+}  // namespace btgpu

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Host reference of stage 70. It walks the rows as the kernel does, but with Bullet's own formulation
+// (Jacobian and response of every row precomputed), so it is rounded otherwise. The solver has no bound on
+// how far rounding errors grow that would be of use, but it can be had in double as well: the device must be
+// off the double result by no more than eight times what the float reference is (largest errors over many
+// bodies, from equally many roundings of the same sizes in another order), or by a few roundings of the
+// largest value where that is nothing.
+#pragma once
+
+#include <vector>
+
+#include "../../kernels/shared/body.h"
+#include "../../kernels/shared/rows.h"
+#include "../../kernels/shared/step.h"
+
+namespace btgpu {
+
+struct SolveReference {
+  std::vector<SolverBody> bodies;
+  std::vector<float> rows, tangent2, torsion;  // laid out as on the device (rows.h)
+  std::vector<Manifold> manifolds;             // get the impulses
+};
+
+// btSequentialImpulseConstraintSolver::solveSingleIteration for `iterations` times over the slots in their
+// order, after warm starting, and writeBackContacts. Of params only the flags count.
+void solveVelocitiesReference(const StepParams& params, int iterations, const std::vector<SlotHeader>& slots,
+                              const std::vector<SolverMass>& masses, SolveReference& state);
+
+// The same in double, rounded at the end.
+void solveVelocitiesExactly(const StepParams& params, int iterations, const std::vector<SlotHeader>& slots,
+                            const std::vector<SolverMass>& masses, SolveReference& state);
+
+}  // namespace btgpu
