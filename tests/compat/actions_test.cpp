@@ -205,9 +205,9 @@ TEST(Vehicle, DrivesAsInStock) {
   const btVector3 a = gpu.chassis->getWorldTransform().getOrigin(),
                   b = stock.chassis->getWorldTransform().getOrigin();
   EXPECT_GT(double(b.length()), 5) << "it should have driven away";
-  // A feedback loop of wheels and springs: rounding grows, but stays far below a thousandth of the way.
-  EXPECT_LE(distance(a, b), 1e-3 * double(b.length()));
-  EXPECT_LE(distance(gpu.chassis->getLinearVelocity(), stock.chassis->getLinearVelocity()), 0.01);
+  EXPECT_LE(distance(a, b), floatNoise(180, 10));
+  EXPECT_LE(distance(gpu.chassis->getLinearVelocity(), stock.chassis->getLinearVelocity()),
+            floatNoise(180, 10));
   for (int wheel = 0; wheel < 4; ++wheel) {
     EXPECT_EQ(gpu.vehicle->getWheelInfo(wheel).m_raycastInfo.m_isInContact,
               stock.vehicle->getWheelInfo(wheel).m_raycastInfo.m_isInContact);
