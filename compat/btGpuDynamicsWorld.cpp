@@ -48,6 +48,15 @@ void loseEngine(WorldState& state) {
   state.reader.clear();
 }
 
+// Something of the application threw in the middle of a step. The device may have gone on by a step that Bullet's
+// objects never see: its state is dropped, and the next step starts from theirs.
+void abandonStep(WorldState& state) {
+  state.engine->finishStep(state.results);
+  state.engine->reset();
+  state.reader.clear();
+  state.lastPath = Path::None;
+}
+
 // Contacts of the stock path are the device's business now: left in the dispatcher they would go stale.
 void releaseStockManifolds(btCollisionWorld& world) {
   btOverlappingPairCache& cache = *world.getPairCache();
@@ -182,7 +191,12 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   btgpu::Status status = state->engine->beginStep(input, settings);
   if (status == btgpu::Status::Ok) {
     // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the solver.
-    if (state->settings.m_hostQueries) updateHostBroadphase(timeStep);
+    try {
+      if (state->settings.m_hostQueries) updateHostBroadphase(timeStep);
+    } catch (...) {
+      abandonStep(*state);
+      throw;
+    }
     status = state->engine->finishStep(state->results);
   }
   if (status != btgpu::Status::Ok) {

@@ -35,13 +35,15 @@ void writeBackBodies(WorldReader& reader, const StepResults& results, btScalar t
     BodySlot& slot = reader.slots()[i];
     if (!slot.object || slot.quarantined) continue;
     btCollisionObject& object = *slot.object;
-    object.setHitFraction(btScalar(1));
     const BodyActivation& activation = results.activations[i];
     if (activation.state != object.getActivationState()) object.forceActivationState(activation.state);
-    object.setDeactivationTime(btScalar(activation.deactivationTime));
+    if (activation.deactivationTime != before.activations.values[i].deactivationTime) {
+      object.setDeactivationTime(btScalar(activation.deactivationTime));
+    }
 
     btRigidBody* body = btRigidBody::upcast(&object);
     if (!body) continue;
+    if (reader.isIntegrated(i)) body->setHitFraction(btScalar(1));
     const bool dynamic = reader.isIntegrated(i) && !body->isStaticOrKinematicObject();
     const bool moved = !samePose(results.poses[i], before.poses.values[i]);
     const bool velocityChanged = !sameVelocity(results.velocities[i], before.velocities.values[i]);

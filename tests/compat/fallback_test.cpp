@@ -1,0 +1,530 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// What the device can't do sends the step to stock's own path: it is named in the report, counted once a
+// step, gives exactly stock's results, and when it is gone the world is back on the device.
+#include <BulletCollision/CollisionDispatch/btBoxBoxCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+#include <BulletDynamics/ConstraintSolver/btNNCGConstraintSolver.h>
+
+#include <functional>
+
+#include "tests/support/facade_world.h"
+
+namespace btgpu::test {
+namespace {
+
+constexpr int kSteps = 6;
+
+btScalar s(double v) { return static_cast<btScalar>(v); }
+
+// Calls of the application's callbacks, to see that they are made as often as in stock.
+int calls = 0;
+
+bool countContact(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                  const btCollisionObjectWrapper*, int, int) {
+  ++calls;
+  point.m_combinedFriction = s(0.1);
+  return true;
+}
+bool countProcessed(btManifoldPoint&, void*, void*) {
+  ++calls;
+  return false;
+}
+void countStarted(btPersistentManifold* const&) { ++calls; }
+void countEnded(btPersistentManifold* const&) { ++calls; }
+btScalar combine(const btCollisionObject*, const btCollisionObject*) {
+  ++calls;
+  return s(0.3);
+}
+void nearCallback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  ++calls;
+  btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
+}
+
+struct CountingFilter : btOverlapFilterCallback {
+  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
+    ++calls;
+    return (a->m_collisionFilterGroup & b->m_collisionFilterMask) &&
+           (b->m_collisionFilterGroup & a->m_collisionFilterMask);
+  }
+};
+
+class OwnDispatcher : public btCollisionDispatcher {
+ public:
+  using btCollisionDispatcher::btCollisionDispatcher;
+  bool needsResponse(const btCollisionObject* a, const btCollisionObject* b) override {
+    ++calls;
+    return btCollisionDispatcher::needsResponse(a, b);
+  }
+};
+class OwnSolver : public btSequentialImpulseConstraintSolver {};
+class OwnConfiguration : public btDefaultCollisionConfiguration {};
+class OwnSphere : public btSphereShape {
+ public:
+  using btSphereShape::btSphereShape;
+};
+// Objects of types that other modules of Bullet bring; they collide with nothing here.
+class OwnObject : public btCollisionObject {
+ public:
+  explicit OwnObject(int type) { m_internalType = type; }
+};
+
+// A pile of two boxes on a floor and balls beside it. Everything the causes need is at hand, whichever world
+// it is.
+struct Lab {
+  btDefaultCollisionConfiguration stockConfiguration;
+  OwnConfiguration ownConfiguration;
+  std::unique_ptr<btCollisionDispatcher> dispatcher;
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  OwnSolver ownSolver;
+  btNNCGConstraintSolver foreignSolver;
+  std::unique_ptr<btDiscreteDynamicsWorld> world;
+  std::unique_ptr<scenes::Objects> objects;
+  std::vector<btRigidBody*> bodies;
+
+  // What a cause adds, and where it stays until the world is gone.
+  std::vector<std::shared_ptr<void>> keep;
+  btRigidBody* body = nullptr;
+  btCollisionObject* object = nullptr;
+  std::unique_ptr<btTypedConstraint> joint;
+  CountingFilter filter;
+  btBoxBoxCollisionAlgorithm::CreateFunc boxBox;
+
+  enum class Kind { Ordinary, OwnDispatcher, OwnConfiguration };
+
+  template <typename World>
+  static std::unique_ptr<Lab> make(Kind kind) {
+    auto lab = std::make_unique<Lab>();
+    btCollisionConfiguration* configuration = &lab->stockConfiguration;
+    if (kind == Kind::OwnConfiguration) configuration = &lab->ownConfiguration;
+    if (kind == Kind::OwnDispatcher) {
+      lab->dispatcher = std::make_unique<OwnDispatcher>(configuration);
+    } else {
+      lab->dispatcher = std::make_unique<btCollisionDispatcher>(configuration);
+    }
+    lab->world =
+        std::make_unique<World>(lab->dispatcher.get(), &lab->broadphase, &lab->solver, configuration);
+    lab->build();
+    return lab;
+  }
+  ~Lab() {
+    if (joint) world->removeConstraint(joint.get());
+    if (object) world->removeCollisionObject(object);
+    objects.reset();
+    world.reset();
+  }
+
+  void build() {
+    objects = std::make_unique<scenes::Objects>(*world);
+    world->setGravity(btVector3(0, -10, 0));
+    bodies.push_back(objects->add(0, objects->box(btVector3(20, 1, 20)), btVector3(0, -1, 0)));
+    btCollisionShape* box = objects->box(btVector3(s(0.5), s(0.5), s(0.5)));
+    bodies.push_back(objects->add(1, box, btVector3(0, s(0.5), 0)));
+    bodies.push_back(objects->add(1, box, btVector3(s(0.1), s(1.5), 0)));
+    bodies.push_back(objects->add(1, objects->sphere(s(0.5)), btVector3(3, s(0.52), 0)));
+    bodies.push_back(objects->add(1, objects->sphere(s(0.5)), btVector3(s(3.4), s(1.4), 0)));
+  }
+  template <typename Shape, typename... Arguments>
+  Shape* shape(Arguments&&... arguments) {
+    auto made = std::make_shared<Shape>(std::forward<Arguments>(arguments)...);
+    keep.push_back(made);
+    return made.get();
+  }
+  // A body of this shape beside the pile; it touches the floor.
+  void addShape(btCollisionShape* added, double mass = 1) {
+    body = objects->add(s(mass), added, btVector3(-5, s(0.5), 0));
+  }
+  void removeShape() { world->removeRigidBody(body); }
+  void addObject(int type) {
+    auto made = std::make_shared<OwnObject>(type);
+    keep.push_back(made);
+    object = made.get();
+    object->setCollisionShape(bodies[3]->getCollisionShape());
+    object->setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, 30, 0)));
+    world->addCollisionObject(object, 0, 0);
+  }
+  void removeObject() {
+    world->removeCollisionObject(object);
+    object = nullptr;
+  }
+  template <typename Joint, typename... Arguments>
+  void addJoint(Arguments&&... arguments) {
+    joint = std::make_unique<Joint>(*bodies[3], *bodies[4], std::forward<Arguments>(arguments)...);
+    world->addConstraint(joint.get());
+  }
+  void removeJoint() {
+    world->removeConstraint(joint.get());
+    joint.reset();
+  }
+  void step(int count) {
+    for (int i = 0; i < count; ++i) world->stepSimulation(s(1.0 / 60), 0);
+  }
+  btGpuDynamicsWorld& gpu() { return dynamic_cast<btGpuDynamicsWorld&>(*world); }
+};
+
+struct Cause {
+  std::string name;    // of the test
+  std::string what;    // in the report
+  std::string reason;  // likewise
+  std::function<void(Lab&)> begin, end;
+  Lab::Kind kind = Lab::Kind::Ordinary;
+  bool countsCalls = false;
+  // Undone, the world is back on the device; not so what belongs to the world for life.
+  bool ends() const { return end != nullptr; }
+};
+
+void PrintTo(const Cause& cause, std::ostream* stream) { *stream << cause.name; }
+
+void expectSameBodies(const Lab& gpu, const Lab& stock, const std::string& when) {
+  for (size_t i = 0; i < gpu.bodies.size(); ++i) {
+    expectSame(stateOf(*gpu.bodies[i]), stateOf(*stock.bodies[i]), when + " body " + std::to_string(i));
+  }
+  if (gpu.body) expectSame(stateOf(*gpu.body), stateOf(*stock.body), when + " body of the cause");
+}
+
+class Fallback : public testing::TestWithParam<Cause> {
+ protected:
+  void expectReport(btGpuDynamicsWorld& world, unsigned count) {
+    const auto report = world.fallbackReport();
+    ASSERT_EQ(report.size(), 1u) << reportText(world);
+    EXPECT_EQ(report[0].m_what, GetParam().what);
+    EXPECT_EQ(report[0].m_reason, GetParam().reason);
+    EXPECT_EQ(report[0].m_count, count);
+  }
+  ~Fallback() override {
+    gContactAddedCallback = nullptr;
+    gContactProcessedCallback = nullptr;
+    gContactStartedCallback = nullptr;
+    gContactEndedCallback = nullptr;
+  }
+};
+
+TEST_P(Fallback, ExactlyAsStockAndBack) {
+  const Cause& cause = GetParam();
+  int callsOf[2];
+  const auto gpu = Lab::make<btGpuDynamicsWorld>(cause.kind);
+  const auto stock = Lab::make<btDiscreteDynamicsWorld>(cause.kind);
+  // One after the other, since some causes are global.
+  for (Lab* lab : {gpu.get(), stock.get()}) {
+    calls = 0;
+    if (cause.begin) cause.begin(*lab);
+    lab->step(kSteps);
+    callsOf[lab == stock.get()] = calls;
+    if (cause.ends()) cause.end(*lab);
+  }
+  expectSameBodies(*gpu, *stock, "after the cause");
+  EXPECT_EQ(callsOf[0], callsOf[1]);
+  EXPECT_GE(callsOf[1], cause.countsCalls ? 1 : 0) << "the callback should have been called";
+  expectReport(gpu->gpu(), kSteps);
+  EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, unsigned(kSteps));
+  EXPECT_EQ(gpu->gpu().statistics().m_deviceSteps, 0u);
+  if (!cause.ends()) return;
+  gpu->step(kSteps);
+  expectReport(gpu->gpu(), kSteps);
+  EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, unsigned(kSteps));
+  EXPECT_EQ(gpu->gpu().statistics().m_deviceSteps, unsigned(kSteps));
+}
+
+// A cause that comes while the world is on the device, twice.
+TEST_P(Fallback, ComesAndGoes) {
+  const Cause& cause = GetParam();
+  if (!cause.ends()) return;
+  const auto gpu = Lab::make<btGpuDynamicsWorld>(cause.kind);
+  unsigned device = 0, stock = 0;
+  for (int i = 0; i < 2; ++i) {
+    gpu->step(3);
+    device += 3;
+    if (cause.begin) cause.begin(*gpu);
+    gpu->step(2);
+    stock += 2;
+    cause.end(*gpu);
+    expectReport(gpu->gpu(), stock);
+    EXPECT_EQ(gpu->gpu().statistics().m_deviceSteps, device);
+    EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, stock);
+  }
+  gpu->step(20);
+  EXPECT_EQ(gpu->gpu().statistics().m_deviceSteps, device + 20);
+  // The pile has come through it.
+  EXPECT_NEAR(double(gpu->bodies[1]->getWorldTransform().getOrigin().y()), 0.5, 0.02);
+  EXPECT_NEAR(double(gpu->bodies[2]->getWorldTransform().getOrigin().y()), 1.5, 0.04);
+}
+
+std::string nameOf(const testing::TestParamInfo<Cause>& test) { return test.param.name; }
+
+constexpr const char* kNotYet = "not on the device yet";
+constexpr const char* kStockOnly = "called on the stock path only";
+
+// Shapes that the device does not collide. Meshes and the like are static, as they have to be.
+Cause shape(const std::string& name, const std::string& bulletName,
+            const std::function<btCollisionShape*(Lab&)>& make, double mass = 1) {
+  return {name, bulletName + " shape", kNotYet, [=](Lab& lab) { lab.addShape(make(lab), mass); },
+          [](Lab& lab) { lab.removeShape(); }};
+}
+
+btTriangleMesh* mesh(Lab& lab) {
+  auto* triangles = lab.shape<btTriangleMesh>();
+  triangles->addTriangle(btVector3(-2, 0, -2), btVector3(2, 0, -2), btVector3(0, 0, 2));
+  triangles->addTriangle(btVector3(-2, 0, -2), btVector3(0, 0, 2), btVector3(-2, 1, 2));
+  return triangles;
+}
+
+btConvexHullShape* hull(Lab& lab) {
+  auto* points = lab.shape<btConvexHullShape>();
+  for (int i = 0; i < 8; ++i)
+    points->addPoint(btVector3(s(i & 1 ? 0.5 : -0.5), s(i & 2 ? 0.5 : -0.5), s(i & 4 ? 0.5 : -0.5)));
+  return points;
+}
+
+btCompoundShape* compound(Lab& lab) {
+  auto* parts = lab.shape<btCompoundShape>();
+  parts->addChildShape(btTransform::getIdentity(), lab.bodies[3]->getCollisionShape());
+  parts->addChildShape(btTransform(btQuaternion::getIdentity(), btVector3(1, 0, 0)),
+                       lab.bodies[3]->getCollisionShape());
+  return parts;
+}
+
+btCollisionShape* heightField(Lab& lab) {
+  auto heights = std::make_shared<std::vector<float>>(25, 0.0f);
+  (*heights)[12] = 0.5f;
+  lab.keep.push_back(heights);
+  return lab.shape<btHeightfieldTerrainShape>(5, 5, heights->data(), 1.0f, 0.0f, 1.0f, 1, PHY_FLOAT, false);
+}
+
+btCollisionShape* spheres(Lab& lab) {
+  const btVector3 centres[] = {btVector3(0, 0, 0), btVector3(1, 0, 0)};
+  const btScalar radii[] = {s(0.5), s(0.3)};
+  return lab.shape<btMultiSphereShape>(centres, radii, 2);
+}
+
+const Cause kShapes[] = {
+    shape("Capsule", "CapsuleShape", [](Lab& lab) { return lab.shape<btCapsuleShape>(s(0.3), s(0.5)); }),
+    shape("CapsuleX", "CapsuleX", [](Lab& lab) { return lab.shape<btCapsuleShapeX>(s(0.3), s(0.5)); }),
+    shape("Cylinder", "CylinderY",
+          [](Lab& lab) { return lab.shape<btCylinderShape>(btVector3(s(0.5), s(0.5), s(0.5))); }),
+    shape("Cone", "Cone", [](Lab& lab) { return lab.shape<btConeShape>(s(0.5), 1); }),
+    shape("ConvexHull", "Convex", [](Lab& lab) { return hull(lab); }),
+    shape("Compound", "Compound", [](Lab& lab) { return compound(lab); }),
+    shape(
+        "TriangleMesh", "BVHTRIANGLEMESH",
+        [](Lab& lab) { return lab.shape<btBvhTriangleMeshShape>(mesh(lab), true); }, 0),
+    shape(
+        "ScaledMesh", "SCALEDBVHTRIANGLEMESH",
+        [](Lab& lab) {
+          return lab.shape<btScaledBvhTriangleMeshShape>(lab.shape<btBvhTriangleMeshShape>(mesh(lab), true),
+                                                         btVector3(2, 1, 1));
+        },
+        0),
+    shape("ConvexMesh", "ConvexTrimesh",
+          [](Lab& lab) { return lab.shape<btConvexTriangleMeshShape>(mesh(lab)); }),
+    shape("HeightField", "HEIGHTFIELD", heightField, 0),
+    shape("MultiSphere", "MultiSphere", spheres),
+    shape("Empty", "Empty", [](Lab& lab) { return lab.shape<btEmptyShape>(); }),
+    shape("Triangle", "Triangle",
+          [](Lab& lab) {
+            return lab.shape<btTriangleShape>(btVector3(-1, 0, -1), btVector3(1, 0, -1), btVector3(0, 0, 1));
+          }),
+    // It may override anything.
+    shape("DerivedFromSphere", "SPHERE", [](Lab& lab) { return lab.shape<OwnSphere>(s(0.5)); }),
+};
+INSTANTIATE_TEST_SUITE_P(Shapes, Fallback, testing::ValuesIn(kShapes), nameOf);
+
+// Each joint between the two balls.
+template <typename Joint, typename... Arguments>
+Cause joint(const std::string& name, Arguments... arguments) {
+  return {name, "joints", kNotYet, [=](Lab& lab) { lab.addJoint<Joint>(arguments...); },
+          [](Lab& lab) { lab.removeJoint(); }};
+}
+
+const btTransform kFrame = btTransform::getIdentity();
+const btVector3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
+
+const Cause kJoints[] = {
+    joint<btPoint2PointConstraint>("Point2Point", kY, btVector3(0, -1, 0)),
+    joint<btHingeConstraint>("Hinge", kY, btVector3(0, -1, 0), kZ, kZ),
+    joint<btSliderConstraint>("Slider", kFrame, kFrame, true),
+    joint<btConeTwistConstraint>("ConeTwist", kFrame, kFrame),
+    joint<btGeneric6DofConstraint>("Generic6Dof", kFrame, kFrame, true),
+    joint<btGeneric6DofSpringConstraint>("Generic6DofSpring", kFrame, kFrame, true),
+    joint<btGeneric6DofSpring2Constraint>("Generic6DofSpring2", kFrame, kFrame),
+    joint<btFixedConstraint>("Fixed", kFrame, kFrame),
+    joint<btGearConstraint>("Gear", kX, kX, s(2)),
+    {"Hinge2", "joints", kNotYet,
+     [](Lab& lab) {
+       btVector3 anchor(3, 1, 0), up = kY, side = kX;
+       lab.addJoint<btHinge2Constraint>(anchor, up, side);
+     },
+     [](Lab& lab) { lab.removeJoint(); }},
+    {"Universal", "joints", kNotYet,
+     [](Lab& lab) {
+       const btVector3 anchor(3, 1, 0);
+       lab.addJoint<btUniversalConstraint>(anchor, kY, kX);
+     },
+     [](Lab& lab) { lab.removeJoint(); }},
+};
+INSTANTIATE_TEST_SUITE_P(Joints, Fallback, testing::ValuesIn(kJoints), nameOf);
+
+void setMode(Lab& lab, int flag, bool on) {
+  int& mode = lab.world->getSolverInfo().m_solverMode;
+  mode = on ? mode | flag : mode & ~flag;
+}
+
+const Cause kSolver[] = {
+    {"DerivedSolver", "constraint solver", "not Bullet's own btSequentialImpulseConstraintSolver",
+     [](Lab& lab) { lab.world->setConstraintSolver(&lab.ownSolver); },
+     [](Lab& lab) { lab.world->setConstraintSolver(&lab.solver); }},
+    {"OtherSolver", "constraint solver", "not Bullet's own btSequentialImpulseConstraintSolver",
+     [](Lab& lab) { lab.world->setConstraintSolver(&lab.foreignSolver); },
+     [](Lab& lab) { lab.world->setConstraintSolver(&lab.solver); }},
+    {"RandomOrder", "SOLVER_RANDMIZE_ORDER", "not on the device",
+     [](Lab& lab) { setMode(lab, SOLVER_RANDMIZE_ORDER, true); },
+     [](Lab& lab) { setMode(lab, SOLVER_RANDMIZE_ORDER, false); }},
+    {"ResidualThreshold", "m_leastSquaresResidualThreshold", "iterations can't end early on the device",
+     [](Lab& lab) { lab.world->getSolverInfo().m_leastSquaresResidualThreshold = s(1e-4); },
+     [](Lab& lab) { lab.world->getSolverInfo().m_leastSquaresResidualThreshold = 0; }},
+    {"IslandsNotSplit", "setSplitIslands(false)", "not on the device",
+     [](Lab& lab) { lab.world->getSimulationIslandManager()->setSplitIslands(false); },
+     [](Lab& lab) { lab.world->getSimulationIslandManager()->setSplitIslands(true); }},
+};
+INSTANTIATE_TEST_SUITE_P(Solver, Fallback, testing::ValuesIn(kSolver), nameOf);
+
+void setCustomMaterial(Lab& lab) {
+  lab.bodies[1]->setCollisionFlags(lab.bodies[1]->getCollisionFlags() |
+                                   btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  gContactAddedCallback = countContact;
+}
+
+// One cause for each of the six functions that combine materials.
+template <typename Callback>
+Cause combining(const std::string& name, Callback* callback) {
+  auto saved = std::make_shared<Callback>();
+  return {name, "material combine callback", "set by the application",
+          [=](Lab&) {
+            *saved = *callback;
+            *callback = combine;
+          },
+          [=](Lab&) { *callback = *saved; }};
+}
+
+const Cause kCallbacks[] = {
+    {"ContactAdded", "gContactAddedCallback", kStockOnly, setCustomMaterial,
+     [](Lab&) { gContactAddedCallback = nullptr; }, Lab::Kind::Ordinary, true},
+    {"ContactProcessed", "gContactProcessedCallback", kStockOnly,
+     [](Lab&) { gContactProcessedCallback = countProcessed; },
+     [](Lab&) { gContactProcessedCallback = nullptr; }, Lab::Kind::Ordinary, true},
+    {"ContactStarted", "gContactStartedCallback", kStockOnly,
+     [](Lab&) { gContactStartedCallback = countStarted; }, [](Lab&) { gContactStartedCallback = nullptr; },
+     Lab::Kind::Ordinary, true},
+    {"ContactEnded", "gContactEndedCallback", kStockOnly, [](Lab&) { gContactEndedCallback = countEnded; },
+     [](Lab&) { gContactEndedCallback = nullptr; }},
+    combining("CombineFriction", &gCalculateCombinedFrictionCallback),
+    combining("CombineRestitution", &gCalculateCombinedRestitutionCallback),
+    combining("CombineRollingFriction", &gCalculateCombinedRollingFrictionCallback),
+    combining("CombineSpinningFriction", &gCalculateCombinedSpinningFrictionCallback),
+    combining("CombineDamping", &gCalculateCombinedContactDampingCallback),
+    combining("CombineStiffness", &gCalculateCombinedContactStiffnessCallback),
+    {"NearCallback", "near callback", "set by the application",
+     [](Lab& lab) { lab.dispatcher->setNearCallback(nearCallback); },
+     [](Lab& lab) { lab.dispatcher->setNearCallback(btCollisionDispatcher::defaultNearCallback); },
+     Lab::Kind::Ordinary, true},
+    {"OverlapFilter", "overlap filter callback", kStockOnly,
+     [](Lab& lab) { lab.world->getPairCache()->setOverlapFilterCallback(&lab.filter); },
+     [](Lab& lab) { lab.world->getPairCache()->setOverlapFilterCallback(nullptr); }, Lab::Kind::Ordinary,
+     true},
+    {"RegisteredAlgorithm", "collision algorithm", "registered by the application",
+     [](Lab& lab) {
+       lab.dispatcher->registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &lab.boxBox);
+     },
+     [](Lab& lab) {
+       lab.dispatcher->registerCollisionCreateFunc(
+           BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE,
+           lab.stockConfiguration.getCollisionAlgorithmCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE));
+     }},
+    {"DerivedConfiguration", "collision algorithm", "registered by the application", nullptr, nullptr,
+     Lab::Kind::OwnConfiguration},
+    {"DerivedDispatcher", "dispatcher", "not Bullet's own btCollisionDispatcher", nullptr, nullptr,
+     Lab::Kind::OwnDispatcher, true},
+    {"ContinuousDispatch", "continuous dispatch", "not on the device",
+     [](Lab& lab) { lab.world->getDispatchInfo().m_dispatchFunc = btDispatcherInfo::DISPATCH_CONTINUOUS; },
+     [](Lab& lab) { lab.world->getDispatchInfo().m_dispatchFunc = btDispatcherInfo::DISPATCH_DISCRETE; }},
+};
+INSTANTIATE_TEST_SUITE_P(Callbacks, Fallback, testing::ValuesIn(kCallbacks), nameOf);
+
+void setFlag(btCollisionObject& object, int flag, bool on) {
+  object.setCollisionFlags(on ? object.getCollisionFlags() | flag : object.getCollisionFlags() & ~flag);
+}
+
+const Cause kObjects[] = {
+    {"Ccd", "continuous collision detection (CCD) of a body", kNotYet,
+     [](Lab& lab) {
+       lab.bodies[4]->setCcdMotionThreshold(s(1e-4));
+       lab.bodies[4]->setCcdSweptSphereRadius(s(0.3));
+     },
+     [](Lab& lab) { lab.bodies[4]->setCcdMotionThreshold(0); }},
+    {"IgnoreCollision", "setIgnoreCollisionCheck", kNotYet,
+     [](Lab& lab) { lab.bodies[3]->setIgnoreCollisionCheck(lab.bodies[4], true); },
+     [](Lab& lab) { lab.bodies[3]->setIgnoreCollisionCheck(lab.bodies[4], false); }},
+    {"FrictionAnchor", "friction anchor", kNotYet,
+     [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true); },
+     [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, false); }},
+    {"MovingPlane", "plane on a body that moves", "Bullet's planes are static",
+     [](Lab& lab) {
+       lab.body = lab.objects->add(1, lab.objects->plane(btVector3(0, 1, 0), 0), btVector3(0, -30, 0));
+     },
+     [](Lab& lab) { lab.removeShape(); }},
+    {"SoftBody", "soft body", kNotYet, [](Lab& lab) { lab.addObject(btCollisionObject::CO_SOFT_BODY); },
+     [](Lab& lab) { lab.removeObject(); }},
+    {"MultibodyLink", "multibody link", kNotYet,
+     [](Lab& lab) { lab.addObject(btCollisionObject::CO_FEATHERSTONE_LINK); },
+     [](Lab& lab) { lab.removeObject(); }},
+    {"OwnType", "collision object of the application's own type", kNotYet,
+     [](Lab& lab) { lab.addObject(btCollisionObject::CO_USER_TYPE); }, [](Lab& lab) { lab.removeObject(); }},
+};
+INSTANTIATE_TEST_SUITE_P(Objects, Fallback, testing::ValuesIn(kObjects), nameOf);
+
+// Several causes at once are all named.
+TEST(FallbackReport, NamesAllCauses) {
+  const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
+  gpu->addShape(gpu->shape<btCapsuleShape>(s(0.3), s(0.5)));
+  setFlag(*gpu->bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true);
+  gpu->step(2);
+  EXPECT_EQ(reported(gpu->gpu(), "CapsuleShape shape").m_count, 2u);
+  EXPECT_EQ(reported(gpu->gpu(), "friction anchor").m_count, 2u);
+  EXPECT_EQ(gpu->gpu().fallbackReport().size(), 2u) << reportText(gpu->gpu());
+  EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, 2u);
+}
+
+// Many bodies with one cause are counted once a step.
+TEST(FallbackReport, CountsSteps) {
+  const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
+  auto* capsule = gpu->shape<btCapsuleShape>(s(0.3), s(0.5));
+  auto* longer = gpu->shape<btCapsuleShape>(s(0.3), s(0.9));
+  for (int i = 0; i < 5; ++i) gpu->objects->add(1, i % 2 ? capsule : longer, btVector3(s(-5 - 2 * i), 1, 0));
+  gpu->step(4);
+  EXPECT_EQ(gpu->gpu().fallbackReport().size(), 1u) << reportText(gpu->gpu());
+  EXPECT_EQ(reported(gpu->gpu(), "CapsuleShape shape").m_count, 4u);
+}
+
+// A body whose shape is taken away while it is in the world has no proxy any more... and neither have bodies
+// of applications that empty the arrays themselves.
+TEST(FallbackReport, ObjectWithoutProxy) {
+  const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
+  gpu->step(2);
+  btRigidBody* body = gpu->bodies[4];
+  btBroadphaseProxy* proxy = body->getBroadphaseHandle();
+  gpu->broadphase.getOverlappingPairCache()->cleanProxyFromPairs(proxy, gpu->dispatcher.get());
+  gpu->broadphase.destroyProxy(proxy, gpu->dispatcher.get());
+  body->setBroadphaseHandle(nullptr);
+  body->setActivationState(DISABLE_SIMULATION);
+  gpu->world->setForceUpdateAllAabbs(false);
+  gpu->step(2);
+  EXPECT_EQ(reported(gpu->gpu(), "collision object without shape or broadphase proxy").m_count, 2u)
+      << reportText(gpu->gpu());
+}
+
+}  // namespace
+}  // namespace btgpu::test
