@@ -27,16 +27,23 @@ std::vector<SlotHeader> makeHeaders(const std::vector<uint>& constraints,
   return headers;
 }
 
-std::vector<uint> greedyColours(const std::vector<SlotHeader>& headers, size_t bodyCount) {
+bool hasFixedBody(const SlotHeader& h) { return h.bodyA == NO_INDEX || h.bodyB == NO_INDEX; }
+
+// First all constraints between two bodies that move, then those of one such body alone; both scattered.
+std::vector<uint> choosingOrder(const std::vector<SlotHeader>& headers) {
   const uint bits = indexBits(static_cast<uint>(headers.size()));
   std::vector<uint> order(headers.size());
   for (uint c = 0; c < order.size(); ++c) order[c] = c;
   std::sort(order.begin(), order.end(), [&](uint a, uint b) { return permute(a, bits) < permute(b, bits); });
+  std::stable_partition(order.begin(), order.end(), [&](uint c) { return !hasFixedBody(headers[c]); });
+  return order;
+}
 
+std::vector<uint> greedyColours(const std::vector<SlotHeader>& headers, size_t bodyCount) {
   std::vector<Taken> taken(bodyCount + 1);  // the last one stands for all bodies that can't move
   const auto at = [&](uint body) -> Taken& { return taken[std::min<size_t>(body, bodyCount)]; };
   std::vector<uint> colours(headers.size(), COLOUR_SERIAL);
-  for (const uint c : order) {
+  for (const uint c : choosingOrder(headers)) {
     for (uint colour = 0; colour < COLOUR_LIMIT; ++colour) {
       if (at(headers[c].bodyA)[colour] || at(headers[c].bodyB)[colour]) continue;
       colours[c] = colour;

@@ -19,9 +19,9 @@ struct ColoursReference {
   uint serialCount = 0;           // constraints in the serial batch
 };
 
-// One constraint after the other, in the order of permute(index), gets the lowest colour that no constraint
-// of its two bodies has yet; a body that can't move does not count. `constraints` are indices into
-// `manifolds`. Within a colour the constraints keep their order.
+// One constraint after the other gets the lowest colour that no constraint of its two bodies has yet; a body that
+// can't move does not count. They choose in the order of permute(index), those between two moving bodies before
+// all others. `constraints` are indices into `manifolds`. Within a colour the constraints keep their order.
 ColoursReference colourConstraintsReference(const std::vector<uint>& constraints,
                                             const std::vector<Manifold>& manifolds,
                                             const std::vector<BodyStep>& steps);
