@@ -3,6 +3,9 @@
 #include "btGpuDynamicsWorld.h"
 
 #include <cstdio>
+#include <mutex>
+#include <set>
+#include <string>
 
 #include "../translation/contacts.h"
 #include "../translation/read_settings.h"
@@ -16,7 +19,12 @@ using btgpu::WorldState;
 
 namespace {
 
+// Each reason is said once a process: an application may make a world a level, or hundreds.
 void sayOnce(const std::string& reason) {
+  static std::mutex mutex;
+  static std::set<std::string> said;
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (!said.insert(reason).second) return;
   std::fprintf(stderr, "btgpu: %s; the world goes on on Bullet's own CPU path\n", reason.c_str());
 }
 

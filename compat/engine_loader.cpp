@@ -49,8 +49,14 @@ void* openPlugin(std::string& error) {
 
 Plugin loadPlugin() {
   Plugin plugin;
-  void* handle = openPlugin(plugin.error);
-  if (!handle) return plugin;
+  std::string error;
+  void* handle = openPlugin(error);
+  if (!handle) {
+    plugin.error = "no OpenCL engine (" + error +
+                   "): install an OpenCL loader and driver, for example the packages ocl-icd-libopencl1 and "
+                   "pocl-opencl-icd";
+    return plugin;
+  }
   plugin.createEngine = reinterpret_cast<EngineFactory>(dlsym(handle, kEngineEntryPoint));
   plugin.listDevices = reinterpret_cast<DeviceLister>(dlsym(handle, kListDevicesEntryPoint));
   if (!plugin.createEngine || !plugin.listDevices) plugin.error = "the engine plugin is of another version of btgpu";

@@ -92,6 +92,7 @@ void writeManifold(const Manifold& from, btPersistentManifold& manifold) {
 }
 
 btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject& a, btCollisionObject& b) {
+  if (!a.getBroadphaseHandle() || !b.getBroadphaseHandle()) return nullptr;
   btBroadphasePair* pair = world.getPairCache()->findPair(a.getBroadphaseHandle(), b.getBroadphaseHandle());
   if (!pair) return nullptr;
   auto* first = static_cast<btCollisionObject*>(pair->m_pProxy0->m_clientObject);

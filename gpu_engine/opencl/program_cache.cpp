@@ -7,6 +7,7 @@
 #include <xxhash.h>
 
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -137,7 +138,9 @@ bool ProgramCache::load(const std::string& key, cl::Program& program) {
       // The driver does not take its own binary any more: build anew.
     }
   }
-  ++m_statistics.rejected;
+  if (m_statistics.rejected++ == 0) {
+    std::fprintf(stderr, "btgpu: a damaged entry in the kernel cache %s is built anew\n", directory().c_str());
+  }
   return false;
 }
 

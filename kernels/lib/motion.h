@@ -47,7 +47,8 @@ LIB BodyPose integratePose(BodyPose pose, float4 linear, float4 angular, float t
   const float4 turn = withW(angular * scale, cos(rate * half_));
   const float4 q = quaternionProduct(turn, pose.orientation);
   const float lengthSqr = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  next.orientation = lengthSqr > BTGPU_EPSILON ? q / sqrt(lengthSqr) : pose.orientation;
+  // NaN goes on into the pose, where quarantine finds it (Bullet would keep the old orientation and say nothing).
+  next.orientation = lengthSqr <= BTGPU_EPSILON ? pose.orientation : q / sqrt(lengthSqr);
   return next;
 }
 
