@@ -129,10 +129,7 @@ void WorldEngine::finish(StepResults& results) {
   m_world->swapStepResults();
   results.launches = m_queue.launches() - m_launchesBefore;
   results.waits = m_queue.waits() - m_waitsBefore;
-  if (!m_programsSaved) {
-    m_device->programs().flush();
-    m_programsSaved = true;
-  }
+  m_device->programs().saveNext();
 }
 
 void WorldEngine::readContacts(StepResults& results) {

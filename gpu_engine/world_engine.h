@@ -41,7 +41,6 @@ class WorldEngine {
   StepSettings m_settings;
   std::vector<StepParams> m_params;      // host side of the upload
   std::vector<StepCounters> m_counters;
-  bool m_programsSaved = false;
   int m_launchesBefore = 0, m_waitsBefore = 0;
 };
 

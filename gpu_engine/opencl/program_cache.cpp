@@ -157,18 +157,19 @@ cl::Program ProgramCache::build(const std::string& file, const std::string& sour
   return program;
 }
 
-void ProgramCache::flush() {
+bool ProgramCache::saveNext() {
   const std::lock_guard<std::mutex> lock(m_mutex);
-  if (directory().empty()) return;
-  for (const auto& unsaved : m_unsaved) {
-    try {
-      const auto binaries = unsaved.program.getInfo<CL_PROGRAM_BINARIES>();
-      if (!binaries.empty() && !binaries.front().empty()) writeEntry(entryPath(unsaved.key), unsaved.key, binaries.front());
-    } catch (const cl::Error&) {
-      // A driver without binaries: nothing to keep.
-    }
+  if (m_unsaved.empty()) return false;
+  const Unsaved next = std::move(m_unsaved.front());
+  m_unsaved.pop_front();
+  if (directory().empty()) return true;
+  try {
+    const auto binaries = next.program.getInfo<CL_PROGRAM_BINARIES>();
+    if (!binaries.empty() && !binaries.front().empty()) writeEntry(entryPath(next.key), next.key, binaries.front());
+  } catch (const cl::Error&) {
+    // A driver without binaries: nothing to keep.
   }
-  m_unsaved.clear();
+  return true;
 }
 
 ProgramCache::Statistics ProgramCache::statistics() const {

@@ -2,11 +2,11 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
-#include <vector>
 
 #include "cl.h"
 
@@ -31,9 +31,9 @@ class ProgramCache {
   // The program of kernels/<file> with these options, e.g. "-DBTGPU_KEY64". Throws OpenClError with the log.
   cl::Program get(const std::string& file, const std::string& options = {});
 
-  // Writes programs that were built from source since the last call to disk. Call it once their kernels have run:
-  // some drivers compile a kernel only when it is first launched, and put that into the binary as well.
-  void flush();
+  // Writes one program that was built from source to disk; false if there is none left. To be called after each step:
+  // for a binary, PoCL compiles all kernels once more, which all at once would keep the first step waiting for seconds.
+  bool saveNext();
 
   Statistics statistics() const;
 
@@ -53,7 +53,7 @@ class ProgramCache {
   ComputeDevice& m_device;
   mutable std::mutex m_mutex;
   std::map<std::string, cl::Program> m_programs;  // by key
-  std::vector<Unsaved> m_unsaved;
+  std::deque<Unsaved> m_unsaved;
   Statistics m_statistics;
 };
 

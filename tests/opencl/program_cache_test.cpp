@@ -28,7 +28,7 @@ class ProgramCacheTest : public DeviceTest {
     return std::make_shared<ComputeDevice>(device().device(), device().description(), device().shape());
   }
 
-  // Fills an array on a fresh device, checks the result and flushes the cache: what a process does.
+  // Fills an array on a fresh device, checks the result and saves the programs: what a process does.
   Statistics runProcess() {
     const auto fresh = freshDevice();
     Queue freshQueue(fresh, false);
@@ -39,8 +39,12 @@ class ProgramCacheTest : public DeviceTest {
     std::vector<uint> expected(300, 42);
     expected.front() = expected.back() = 7;
     EXPECT_EQ(data.toVector(freshQueue), expected);
-    fresh->programs().flush();
+    saveAll(*fresh);
     return fresh->programs().statistics();
+  }
+
+  static void saveAll(ComputeDevice& device) {
+    while (device.programs().saveNext()) continue;
   }
 
   std::vector<std::filesystem::path> entries() const {
@@ -93,12 +97,22 @@ TEST_F(ProgramCacheTest, InMemoryWithinADevice) {
   expectStatistics(fresh->programs().statistics(), 1, 0, 0);
 }
 
-TEST_F(ProgramCacheTest, NothingIsWrittenBeforeFlush) {
+// Also programs that a world comes to need long after its first step are kept for the next process.
+TEST_F(ProgramCacheTest, SavedOneByOne) {
   const auto fresh = freshDevice();
-  Fill fill(*fresh);
+  ProgramCache& programs = fresh->programs();
+  EXPECT_FALSE(programs.saveNext());
+  programs.get("primitives/fill.cl");
+  programs.get("primitives/bound_search.cl");
   EXPECT_TRUE(entries().empty());
-  fresh->programs().flush();
+  EXPECT_TRUE(programs.saveNext());
   EXPECT_EQ(entries().size(), 1u);
+  EXPECT_TRUE(programs.saveNext());
+  EXPECT_EQ(entries().size(), 2u);
+  EXPECT_FALSE(programs.saveNext());
+  programs.get("primitives/compact.cl");
+  EXPECT_TRUE(programs.saveNext());
+  EXPECT_EQ(entries().size(), 3u);
 }
 
 // Each set of options and each shape is a program of its own.
@@ -111,8 +125,8 @@ TEST_F(ProgramCacheTest, OptionsMakeOtherEntries) {
   twin->programs().get("primitives/radix_sort.cl");
   expectStatistics(fresh->programs().statistics(), 2, 0, 0);
   expectStatistics(twin->programs().statistics(), 1, 0, 0);
-  fresh->programs().flush();
-  twin->programs().flush();
+  saveAll(*fresh);
+  saveAll(*twin);
   EXPECT_EQ(entries().size(), 3u);
 }
 
@@ -158,7 +172,7 @@ TEST_F(ProgramCacheTest, EntryOfAnotherProgramIsRejected) {
   std::filesystem::remove(path);
   const auto fresh = freshDevice();
   fresh->programs().get("primitives/bound_search.cl");
-  fresh->programs().flush();
+  saveAll(*fresh);
   ASSERT_EQ(entries().size(), 1u);
   std::filesystem::rename(entries().front(), path);
   expectStatistics(runProcess(), 1, 0, 1);
