@@ -59,6 +59,13 @@ FoundDevice describe(const cl::Platform& platform, const cl::Device& device) {
   return found;
 }
 
+// Two threads that ask PoCL 3.1 for its devices for the first time at once get devices that crash or compute wrong
+// results later (tests/compat/worlds_on_threads_test.cpp), though the standard calls it safe.
+std::mutex& discoveryMutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 std::vector<FoundDevice> findDevices() {
   std::vector<cl::Platform> platforms;
   try {
@@ -121,12 +128,15 @@ KernelShape chooseShape(const DeviceDescription& description) {
 }  // namespace
 
 std::vector<DeviceDescription> ComputeDevice::listDevices() {
+  const std::lock_guard<std::mutex> lock(discoveryMutex());
   std::vector<DeviceDescription> list;
   for (const auto& found : findDevices()) list.push_back(found.description);
   return list;
 }
 
 std::shared_ptr<ComputeDevice> ComputeDevice::open(const std::string& wanted) {
+  static std::map<std::pair<cl_device_id, KernelShape>, std::weak_ptr<ComputeDevice>> shared;
+  const std::lock_guard<std::mutex> lock(discoveryMutex());
   const std::string wish = wanted.empty() ? environment("BTGPU_DEVICE") : wanted;
   const auto devices = findDevices();
   if (devices.empty()) {
@@ -138,9 +148,6 @@ std::shared_ptr<ComputeDevice> ComputeDevice::open(const std::string& wanted) {
     throw OpenClError(OpenClError::Kind::NoDevice,
                       fmt::format("no OpenCL device matches '{}': 'btgpu info' lists those there are", wish));
   }
-  static std::mutex mutex;
-  static std::map<std::pair<cl_device_id, KernelShape>, std::weak_ptr<ComputeDevice>> shared;
-  const std::lock_guard<std::mutex> lock(mutex);
   const KernelShape shape = chooseShape(found->description);
   auto& entry = shared[{found->device(), shape}];
   auto device = entry.lock();

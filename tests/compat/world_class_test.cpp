@@ -3,7 +3,6 @@
 // The class itself: its size, constructors and settings, and how a world may live and die.
 #include <cstdlib>
 #include <new>
-#include <thread>
 
 #include "tests/support/facade_world.h"
 
@@ -219,36 +218,6 @@ TEST(WorldClass, TwoWorldsAtOnce) {
   expectNear(stateOf(*b.box), stateOf(*d.box), floatNoise(25, 6), "right");
   expectAllOnDevice(left.world);
   expectAllOnDevice(right.world);
-}
-
-// Each thread owns a world, makes it, steps it and destroys it; results are those of one thread alone, bit by
-// bit.
-TEST(WorldClass, WorldsOnTwoThreads) {
-  const auto simulate = [](int boxes) {
-    GpuWorld w;
-    std::vector<BodyState> states;
-    w.world.setGravity(btVector3(0, -10, 0));
-    w.objects.add(0, w.objects.box(btVector3(10, 1, 10)), btVector3(0, -1, 0));
-    btBoxShape* box = w.objects.box(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5)));
-    for (int i = 0; i < boxes; ++i)
-      w.objects.add(1, box, btVector3(btScalar(0.1 * i), btScalar(0.6 + 1.1 * i), 0));
-    w.run(60);
-    EXPECT_EQ(w.world.statistics().m_deviceSteps, 60u);
-    for (const btRigidBody* body : w.objects.bodies()) states.push_back(stateOf(*body));
-    return states;
-  };
-  std::vector<BodyState> results[2];
-  std::thread other([&] { results[1] = simulate(9); });
-  results[0] = simulate(5);
-  other.join();
-  const std::vector<BodyState> alone[] = {simulate(5), simulate(9)};
-  for (int world = 0; world < 2; ++world) {
-    ASSERT_EQ(results[world].size(), alone[world].size());
-    for (size_t i = 0; i < alone[world].size(); ++i) {
-      expectSame(results[world][i], alone[world][i],
-                 "world " + std::to_string(world) + " body " + std::to_string(i));
-    }
-  }
 }
 
 }  // namespace
