@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "opencl/error.h"
+
 namespace btgpu {
 namespace {
 
@@ -50,6 +52,13 @@ WorldEngine::WorldEngine(const EngineSettings& settings)
       m_world(std::make_unique<DeviceWorld>()),
       m_params(1),
       m_counters(1) {}
+
+WorldEngine::~WorldEngine() {
+  try {
+    m_queue.finish();
+  } catch (const OpenClError&) {  // the device is lost, and nothing runs on it any more
+  }
+}
 
 void WorldEngine::reset() {
   m_queue.finish();

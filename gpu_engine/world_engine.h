@@ -15,6 +15,10 @@ namespace btgpu {
 class WorldEngine {
  public:
   explicit WorldEngine(const EngineSettings& settings);
+  // Waits: after a failure part of a step may still run, on this engine's arrays and the caller's.
+  ~WorldEngine();
+  WorldEngine(const WorldEngine&) = delete;
+  WorldEngine& operator=(const WorldEngine&) = delete;
 
   void begin(const WorldInput& input, const StepSettings& settings);
   void finish(StepResults& results);

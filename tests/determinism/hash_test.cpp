@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// The same world gives the same bits after 300 steps, whatever happens around it. The hash covers poses,
+// velocities and sleep of all bodies after every one of the steps, so that a difference can't heal unseen.
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "hashed_run.h"
+#include "tests/support/subprocess.h"
+
+namespace btgpu::test {
+namespace {
+
+constexpr int kSteps = 300;
+const RunPlan kStack{"stack", {6, 6, 6}, kSteps};
+const RunPlan kMixed{"mixed", {6, 6, 6}, kSteps};
+
+bool gpuShape() {
+  const char* shape = std::getenv("BTGPU_KERNEL_SHAPE");
+  return shape && std::string(shape) == "gpu";
+}
+std::string otherShape() { return gpuShape() ? "cpu" : "gpu"; }
+
+// Spreads the small scene over many work items in the CPU's shape; the GPU's has several work-groups anyway.
+std::string manyItems() { return gpuShape() ? "BTGPU_GRAIN" : "BTGPU_GRAIN=8"; }
+
+RunOutcome runHere(const RunPlan& plan) {
+  HashedRun run(plan);
+  run.step(plan.steps);
+  return run.outcome();
+}
+
+RunOutcome runElsewhere(const RunPlan& plan, const std::vector<std::string>& environment) {
+  RunOptions options;
+  options.environment = environment;
+  const Finished f =
+      runProgram({HASH_RUN, plan.scene, std::to_string(plan.size.x), std::to_string(plan.size.y),
+                  std::to_string(plan.size.z), std::to_string(plan.steps)},
+                 options);
+  EXPECT_EQ(f.exitCode, 0) << f.err;
+  RunOutcome o;
+  std::istringstream line(f.out);
+  line >> std::hex >> o.hash >> std::dec >> o.deviceSteps >> o.stockSteps >> o.repeatedSteps >> o.colours >>
+      o.asleep >> o.programsBuilt >> o.programsLoaded;
+  EXPECT_TRUE(line) << f.out;
+  return o;
+}
+
+void expectAllSteps(const RunOutcome& o, int steps = kSteps) {
+  EXPECT_EQ(o.deviceSteps, static_cast<unsigned long long>(steps));
+  EXPECT_EQ(o.stockSteps, 0u);
+}
+
+// What every other run has to give; made once.
+const RunOutcome& stack() {
+  static const RunOutcome outcome = runHere(kStack);
+  return outcome;
+}
+const RunOutcome& mixed() {
+  static const RunOutcome outcome = runHere(kMixed);
+  return outcome;
+}
+
+// Without contacts in several colours, sleep and time to warm start there is little that could differ.
+TEST(Determinism, SceneIsWorthHashing) {
+  expectAllSteps(stack());
+  EXPECT_GE(stack().colours, 6u);
+  EXPECT_GE(stack().asleep, 100);
+  expectAllSteps(mixed());
+  EXPECT_GE(mixed().colours, 6u);
+  EXPECT_NE(stack().hash, mixed().hash);
+}
+
+TEST(Determinism, SameProcess) {
+  EXPECT_EQ(runHere(kStack).hash, stack().hash);
+  EXPECT_EQ(runHere(kMixed).hash, mixed().hash);
+}
+
+TEST(Determinism, NumberOfThreads) {
+  for (const char* threads : {"POCL_MAX_PTHREAD_COUNT=1", "POCL_MAX_PTHREAD_COUNT=2"}) {
+    const RunOutcome a = runElsewhere(kStack, {threads, manyItems()}),
+                     b = runElsewhere(kMixed, {threads, manyItems()});
+    expectAllSteps(a);
+    expectAllSteps(b);
+    EXPECT_EQ(a.hash, stack().hash) << threads;
+    EXPECT_EQ(b.hash, mixed().hash) << threads;
+  }
+}
+
+// Into how many pieces the work is cut.
+TEST(Determinism, NumberOfWorkItems) {
+  for (const char* grain : {"BTGPU_GRAIN=1", "BTGPU_GRAIN=99999"}) {
+    EXPECT_EQ(runElsewhere(kMixed, {grain}).hash, mixed().hash) << grain;
+  }
+}
+
+TEST(Determinism, KernelShape) {
+  const std::string shape = "BTGPU_KERNEL_SHAPE=" + otherShape();
+  EXPECT_EQ(runElsewhere(kStack, {shape}).hash, stack().hash) << shape;
+  EXPECT_EQ(runElsewhere(kMixed, {shape}).hash, mixed().hash) << shape;
+}
+
+// A program from the cache on disk is the one that was built.
+TEST(Determinism, CacheOfPrograms) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> environment = {"BTGPU_CACHE_DIR=" + folder.file("btgpu"),
+                                                "POCL_CACHE_DIR=" + folder.file("pocl")};
+  const RunOutcome built = runElsewhere(kStack, environment);
+  const RunOutcome loaded = runElsewhere(kStack, environment);
+  EXPECT_GT(built.programsBuilt, 0);
+  EXPECT_EQ(built.programsLoaded, 0);
+  EXPECT_EQ(loaded.programsBuilt, 0);
+  EXPECT_EQ(loaded.programsLoaded, built.programsBuilt);
+  EXPECT_EQ(built.hash, stack().hash);
+  EXPECT_EQ(loaded.hash, stack().hash);
+}
+
+// An engine that has seen no body yet starts with room for 256 pairs, and steps that need more are done
+// again.
+TEST(Determinism, RepeatedSteps) {
+  for (const RunPlan& plan : {kStack, kMixed}) {
+    RunPlan roomy = plan, late = plan;
+    roomy.pairCapacity = 20000;
+    late.emptyStep = true;
+    const RunOutcome a = runHere(roomy), b = runHere(late);
+    const RunOutcome& expected = plan.scene == "stack" ? stack() : mixed();
+    expectAllSteps(b, kSteps + 1);
+    EXPECT_GT(b.repeatedSteps, a.repeatedSteps);
+    EXPECT_EQ(a.hash, expected.hash) << plan.scene;
+    EXPECT_EQ(b.hash, expected.hash) << plan.scene;
+  }
+}
+
+// Nothing stays behind in the device, its programs or the plugin.
+TEST(Determinism, AfterAnotherWorld) {
+  RunPlan other = kMixed;
+  other.size = {9, 3, 5};
+  other.steps = 20;
+  expectAllSteps(runHere(other), other.steps);
+  EXPECT_EQ(runHere(kStack).hash, stack().hash);
+}
+
+TEST(Determinism, TwoWorldsInTurns) {
+  HashedRun a(kStack), b(kMixed);
+  for (int i = 0; i < kSteps; ++i) {
+    a.step();
+    b.step();
+  }
+  EXPECT_EQ(a.outcome().hash, stack().hash);
+  EXPECT_EQ(b.outcome().hash, mixed().hash);
+}
+
+// Settings that are made again between steps.
+TEST(Determinism, ConfiguredAgain) {
+  HashedRun run(kStack);
+  for (int i = 0; i < kSteps; i += 50) {
+    run.step(50);
+    btGpuSettings settings;
+    settings.m_bodyCapacity = 1000 + i;
+    btGpuDynamicsWorld::configure(&run.world(), settings);
+  }
+  EXPECT_EQ(run.outcome().hash, stack().hash);
+}
+
+// Or the hash would see nothing.
+TEST(Determinism, OneUlpOfOneBody) {
+  for (const int body : {1, 216}) {
+    RunPlan changed = kStack;
+    changed.changedBody = body;
+    EXPECT_NE(runHere(changed).hash, stack().hash) << "body " << body;
+  }
+}
+
+}  // namespace
+}  // namespace btgpu::test
