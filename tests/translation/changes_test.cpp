@@ -221,8 +221,6 @@ TEST(Changes, EveryFieldIsRead) {
           "material");
   expect4({m.contactStiffness, m.contactDamping, m.contactProcessingThreshold, 0}, 1000, 20, 0.0625f, 0,
           "contact");
-  // Bullet makes the axes' sum of squares three (btCollisionObject::setAnisotropicFriction keeps them as
-  // given).
   expect4(m.anisotropicFriction, 1, 2, 4, 0, "anisotropic friction");
   const BodyDamping& g = d.dampings.values[1];
   expect4({g.linear, g.angular, g.linearSleepingThreshold, g.angularSleepingThreshold}, 0.25f, 0.75f, 3, 5,

@@ -111,7 +111,11 @@ TEST(Quarantine, Infinity) {
 }
 
 // Infinite stiffness is a hard contact, as in Bullet, and NaN is nothing.
-TEST(Quarantine, StiffnessThatIsNaN) {
+TEST(Quarantine, StiffnessAndThresholdThatAreNaN) {
+  FourBodies threshold;
+  threshold.bodies[1]->setContactProcessingThreshold(std::numeric_limits<btScalar>::quiet_NaN());
+  threshold.step();
+  EXPECT_TRUE(threshold.quarantined(threshold.bodies[1]));
   FourBodies w;
   w.bodies[1]->setContactStiffnessAndDamping(std::numeric_limits<btScalar>::quiet_NaN(), 1);
   w.step();

@@ -146,8 +146,9 @@ class ReaderWorld {
 
  private:
   void transfer(const WorldInput& input) {
+    // The engine takes an array that grew as a whole (DeviceWorld::upload).
     forEachArray(device, input, [](const char*, auto& to, const auto& from) {
-      to.values.resize(from.values.size());
+      if (to.values.size() != from.values.size()) to.values = from.values;
       for (const std::uint32_t i : from.changed) to.values.at(i) = from.values[i];
     });
     std::memcpy(device.regionOrigin, input.regionOrigin, sizeof device.regionOrigin);

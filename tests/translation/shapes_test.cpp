@@ -90,9 +90,9 @@ TEST(Shapes, AnotherShapeAtTheSameAddress) {
   w.world.removeRigidBody(body);
 }
 
-class OwnBox : public btBoxShape {
+class OwnSphere : public btSphereShape {
  public:
-  using btBoxShape::btBoxShape;
+  using btSphereShape::btSphereShape;
 };
 
 // Each kind is named once a step, however many bodies have it, and is gone when the last one is.
@@ -101,7 +101,7 @@ TEST(Shapes, WhatTheDeviceLacksIsNamed) {
   auto* compound = w.shape<btCompoundShape>();
   compound->addChildShape(btTransform::getIdentity(), w.box);
   auto* capsule = w.shape<btCapsuleShape>(s(1), s(1));
-  auto* own = w.shape<OwnBox>(btVector3(1, 1, 1));
+  auto* own = w.shape<OwnSphere>(s(1));
   w.bodies[0]->setCollisionShape(compound);
   w.bodies[1]->setCollisionShape(capsule);
   w.bodies[2]->setCollisionShape(compound);
@@ -111,14 +111,15 @@ TEST(Shapes, WhatTheDeviceLacksIsNamed) {
     w.read();
     EXPECT_EQ(w.missingText(),
               "Compound shape: not on the device yet\nCapsuleShape shape: not on the device yet\n"
-              "Box shape: not on the device yet\n");
+              "SPHERE shape: not on the device yet\n");
   }
   EXPECT_EQ(w.device.materials.values[3].friction, 0.125f) << "the others are read nevertheless";
 
   w.bodies[0]->setCollisionShape(w.box);
   w.bodies[2]->setCollisionShape(w.ball);
   w.read();
-  EXPECT_EQ(w.missingText(), "CapsuleShape shape: not on the device yet\nBox shape: not on the device yet\n");
+  EXPECT_EQ(w.missingText(),
+            "CapsuleShape shape: not on the device yet\nSPHERE shape: not on the device yet\n");
   w.bodies[1]->setCollisionShape(w.box);
   w.world.removeRigidBody(fresh);
   w.step();
