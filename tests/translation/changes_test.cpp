@@ -286,8 +286,9 @@ TEST(Changes, ResultsOfAStepAreNoChanges) {
     StepResults results = w.unchangedResults();
     for (const size_t slot : {size_t(0), size_t(3)}) {
       results.poses[slot].position.y += 0.3f;
-      // One that does not survive the way through Bullet's matrix bit by bit.
-      results.poses[slot].orientation = {0.18257419f, 0.36514837f, 0.5477226f, 0.73029673f};
+      // Some of these do not survive the way through Bullet's matrix bit by bit.
+      const btQuaternion q(btVector3(1, 2, 3).normalized(), s(0.7 * (i + 1) + 0.1 * double(slot)));
+      results.poses[slot].orientation = {float(q.x()), float(q.y()), float(q.z()), float(q.w())};
       results.velocities[slot].linear = {0.1f, 0.2f, float(i), 0};
       results.velocities[slot].angular = {0, 0.7f, 0, 0};
       results.activations[slot] = {STATE_WANTS_DEACTIVATION, 0.1f * float(i + 1)};
