@@ -11,6 +11,8 @@ namespace btgpu {
 namespace {
 
 constexpr const char* kPluginName = "libbtgpu_engine.so";
+constexpr const char* kInstall = "; install ocl-icd-libopencl1 and a driver such as pocl-opencl-icd";
+constexpr const char* kOtherVersion = "the engine plugin is of another version of btgpu; install both of one version";
 
 struct Plugin {
   EngineFactory createEngine = nullptr;
@@ -30,7 +32,7 @@ std::filesystem::path ownDirectory() {
 void* openPlugin(std::string& error) {
   if (const char* path = std::getenv("BTGPU_ENGINE"); path && *path) {
     void* handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (!handle) error = dlerror();
+    if (!handle) error = std::string(dlerror()) + "; correct or unset BTGPU_ENGINE";
     return handle;
   }
   const auto here = ownDirectory();
@@ -39,11 +41,12 @@ void* openPlugin(std::string& error) {
     std::error_code ignored;
     if (here.empty() || !std::filesystem::exists(candidate, ignored)) continue;
     void* handle = dlopen(candidate.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!handle) error = dlerror();  // there, but something it needs is not: most likely libOpenCL.so.1
+    // There, but something it needs is not: most likely libOpenCL.so.1.
+    if (!handle) error = std::string(dlerror()) + kInstall;
     return handle;
   }
   void* handle = dlopen(kPluginName, RTLD_NOW | RTLD_LOCAL);
-  if (!handle) error = dlerror();
+  if (!handle) error = std::string(dlerror()) + "; install it beside libbtgpu, or name it in BTGPU_ENGINE";
   return handle;
 }
 
@@ -59,7 +62,7 @@ Plugin loadPlugin() {
   }
   plugin.createEngine = reinterpret_cast<EngineFactory>(dlsym(handle, kEngineEntryPoint));
   plugin.listDevices = reinterpret_cast<DeviceLister>(dlsym(handle, kListDevicesEntryPoint));
-  if (!plugin.createEngine || !plugin.listDevices) plugin.error = "the engine plugin is of another version of btgpu";
+  if (!plugin.createEngine || !plugin.listDevices) plugin.error = kOtherVersion;
   return plugin;
 }
 
@@ -81,7 +84,7 @@ std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string
   char message[1024] = "";
   std::unique_ptr<Engine> engine(p.createEngine(kEngineAbi, &settings, &status, message, sizeof message));
   if (status == Status::WrongAbi) {
-    error = "the engine plugin is of another version of btgpu";
+    error = kOtherVersion;
   } else if (!engine) {
     error = message;
   }
@@ -95,7 +98,7 @@ bool listDevices(std::vector<EngineInfo>& devices, std::string& error) {
     return false;
   }
   if (p.listDevices(kEngineAbi, &devices) != Status::Ok) {
-    error = "the OpenCL devices could not be listed";
+    error = std::string("the OpenCL devices could not be listed") + kInstall;
     return false;
   }
   return true;

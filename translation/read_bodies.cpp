@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "read_bodies.h"
 
+#include <cmath>
+
 #include "convert.h"
 #include "private_access.h"
 
@@ -85,7 +87,8 @@ bool isFiniteBody(const BodyRecord& r, const BodyPose& pose) {
                     probe(r.mass.inverseInertiaLocal) + probe(r.mass.linearFactor) + probe(r.mass.angularFactor) +
                     probe({m.friction, m.rollingFriction, m.spinningFriction, m.restitution}) +
                     probe({r.damping.linear, r.damping.angular, m.contactDamping, 0}) + probe(m.anisotropicFriction);
-  return sum == 0.0f;
+  // Infinite stiffness is a hard contact; only NaN is no number.
+  return sum == 0.0f && !std::isnan(m.contactStiffness) && !std::isnan(m.contactProcessingThreshold);
 }
 
 BTGPU_TRANSLATION_END

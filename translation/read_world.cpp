@@ -149,7 +149,10 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   const BodyPose pose = moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
   const BodyInfo& known = m_input.infos.values[i];
   // The proxy's id changes when an object leaves and comes back between two steps: to Bullet that is a new body.
-  if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) m_input.born.push_back(i);
+  if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) {
+    m_input.born.push_back(i);
+    slot.deviceQuarantined = false;
+  }
 
   const bool wasQuarantined = slot.quarantined;
   slot.quarantined = !isFiniteBody(record, pose);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -24,7 +25,7 @@ int runInfo() {
   std::vector<btgpu::EngineInfo> devices;
   std::string error;
   if (!btgpu::listDevices(devices, error)) {
-    fmt::print(stderr, "btgpu: {}: install ocl-icd-libopencl1 and a driver such as pocl-opencl-icd\n", error);
+    fmt::print(stderr, "btgpu: {}\n", error);
     return kFailed;
   }
   if (devices.empty()) {
@@ -39,12 +40,16 @@ int runInfo() {
 }
 
 scenes::Size parseSize(const std::string& text) {
-  scenes::Size size{};
+  constexpr long kMost = 4'000'000;  // bodies; more fit no machine that this is built for
+  long x = 0, y = 0, z = 0;
   char rest = 0;
-  if (std::sscanf(text.c_str(), "%d,%d,%d%c", &size.x, &size.y, &size.z, &rest) != 3 || size.x < 1 || size.y < 1 || size.z < 1) {
+  if (std::sscanf(text.c_str(), "%ld,%ld,%ld%c", &x, &y, &z, &rest) != 3 || x < 1 || y < 1 || z < 1) {
     throw InputError(fmt::format("--size {}: give three positive numbers, as in 8,8,8", text));
   }
-  return size;
+  if (x > kMost || y > kMost || z > kMost || x * y > kMost || x * y * z > kMost) {
+    throw InputError(fmt::format("--size {}: too large; the product may be {} at most", text, kMost));
+  }
+  return {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)};
 }
 
 const scenes::Scene& sceneNamed(const std::string& name) {
@@ -77,17 +82,36 @@ void writeFile(const std::string& path, const std::string& text) {
   if (!file.flush()) throw InputError(fmt::format("{}: can't be written; check the path", path));
 }
 
+// A world that gets no device says so itself, on stderr.
+bool worldNamedCause(const CompareResult& result) {
+  return std::any_of(result.fallbacks.begin(), result.fallbacks.end(),
+                     [](const btGpuFallback& f) { return f.m_what == "device"; });
+}
+
 int reportComparison(const CompareArguments& arguments, const CompareResult& result) {
   fmt::print("{}", toText(result));
   if (arguments.hash) fmt::print("hash {:016x}\n", result.hash);
   if (!arguments.json.empty()) writeFile(arguments.json, toJson(result));
-  if (!result.compared) fmt::print(stderr, "btgpu: not compared: no step ran on a device; see 'btgpu info'\n");
+  if (!result.compared && !worldNamedCause(result)) {
+    fmt::print(stderr, "btgpu: not compared: no step ran on a device; the lines 'on the CPU' say why\n");
+  }
   std::fflush(stdout);
   return result.pass() ? kAgreed : kFailed;
 }
 
+// A device that was asked for by name and is not to be had is bad usage; no device at all is "not compared".
+void checkDevice(const std::string& wish) {
+  std::vector<btgpu::EngineInfo> devices;
+  std::string error;
+  if (wish.empty() || !btgpu::listDevices(devices, error) || devices.empty()) return;
+  btgpu::EngineSettings settings;
+  settings.device = wish;
+  if (!btgpu::createEngine(settings, error)) throw InputError(fmt::format("--device: {}", error));
+}
+
 int runComparison(const CompareArguments& arguments, const std::string& name, const Builder& build,
                   const scenes::Expectations& expectations, double timeStep, int defaultSteps) {
+  checkDevice(arguments.device);
   CompareOptions options;
   options.timeStep = timeStep;
   options.steps = arguments.steps > 0 ? arguments.steps : defaultSteps;
@@ -134,6 +158,9 @@ int compareFile(const CompareArguments& arguments) {
 
 }  // namespace
 
+// An empty value would be taken for none: a script's variable that is not set.
+const CLI::Validator kNotEmpty([](const std::string& value) { return std::string(value.empty() ? "is empty" : ""); }, "");
+
 int main(int argc, char** argv) {
   CLI::App app{"btgpu steps Bullet worlds on OpenCL and holds them against stock Bullet"};
   app.set_version_flag("--version", BTGPU_VERSION);
@@ -143,17 +170,17 @@ int main(int argc, char** argv) {
   CLI::App* list = app.add_subcommand("scenes", "built-in scenes");
   std::string writeScene, writePath, writeSize;
   CLI::Option* write = list->add_option("--write", writeScene, "write this scene as a .bullet file");
-  list->add_option("--size", writeSize, "size of the scene, as X,Y,Z")->needs(write);
+  list->add_option("--size", writeSize, "size of the scene, as X,Y,Z")->needs(write)->check(kNotEmpty);
   CLI::Option* path = list->add_option("file", writePath, "the file to write")->needs(write);
   write->needs(path);
 
   CompareArguments arguments;
   CLI::App* comparison = app.add_subcommand("compare", "run a scene on btgpu and on stock Bullet and compare");
   comparison->add_option("scene", arguments.scene, "built-in scene or .bullet file")->required();
-  comparison->add_option("--size", arguments.size, "size of a built-in scene, as X,Y,Z");
-  comparison->add_option("--steps", arguments.steps, "steps to run")->check(CLI::PositiveNumber);
+  comparison->add_option("--size", arguments.size, "size of a built-in scene, as X,Y,Z")->check(kNotEmpty);
+  comparison->add_option("--steps", arguments.steps, "steps to run")->check(CLI::Range(1, 10'000'000));
   comparison->add_option("--device", arguments.device, "OpenCL device: index, gpu, cpu or part of its name");
-  comparison->add_option("--json", arguments.json, "write the result to this file");
+  comparison->add_option("--json", arguments.json, "write the result to this file")->check(kNotEmpty);
   comparison->add_flag("--profile", arguments.profile, "time each stage by device events; slows btgpu's steps");
   comparison->add_flag("--hash", arguments.hash, "print a hash of every pose and velocity bit at the end");
 

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Shapes are read anew in each step, since applications change them after they were added; what the device
+// lacks is named.
+#include <limits>
+#include <new>
+
+#include "tests/translation/reader_world.h"
+
+namespace btgpu::test {
+namespace {
+
+const Shape& shapeOf(const ReaderWorld& w, const btCollisionObject* object) {
+  return w.device.shapes.values.at(static_cast<size_t>(w.device.infos.values[w.slot(object)].shapeIndex));
+}
+
+TEST(Shapes, Values) {
+  ReaderWorld w;
+  btRigidBody* box = w.add(1, w.shape<btBoxShape>(btVector3(1, 2, 4)), btVector3(0, 0, 0));
+  btRigidBody* ball = w.add(1, w.shape<btSphereShape>(s(0.75)), btVector3(9, 0, 0));
+  btRigidBody* plane = w.add(0, w.shape<btStaticPlaneShape>(btVector3(0, 0, 1), s(-1.5)), btVector3(0, 0, 0));
+  box->getCollisionShape()->setMargin(s(0.25));
+  w.step();
+  EXPECT_EQ(shapeOf(w, box).type, SHAPE_BOX);
+  EXPECT_EQ(shapeOf(w, box).extents.x, 1);
+  EXPECT_EQ(shapeOf(w, box).extents.y, 2);
+  EXPECT_EQ(shapeOf(w, box).extents.z, 4);
+  EXPECT_EQ(shapeOf(w, box).margin, 0.25f);
+  EXPECT_EQ(shapeOf(w, ball).type, SHAPE_SPHERE);
+  EXPECT_EQ(shapeOf(w, ball).extents.x, 0.75f);
+  EXPECT_EQ(shapeOf(w, ball).margin, 0.75f);
+  EXPECT_EQ(shapeOf(w, plane).type, SHAPE_PLANE);
+  EXPECT_EQ(shapeOf(w, plane).extents.z, 1);
+  EXPECT_EQ(shapeOf(w, plane).extents.w, -1.5f);
+}
+
+// In proportion to the shape (btCollisionShape::getContactBreakingThreshold), or as it is.
+TEST(Shapes, BreakingThreshold) {
+  FourBodies w;
+  const float relative = static_cast<float>(w.box->getContactBreakingThreshold(gContactBreakingThreshold));
+  EXPECT_EQ(shapeOf(w, w.bodies[0]).breakingThreshold, relative);
+  ASSERT_NE(relative, static_cast<float>(gContactBreakingThreshold));
+  w.dispatcher.setDispatcherFlags(w.dispatcher.getDispatcherFlags() &
+                                  ~btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD);
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0, 1}}}));
+  EXPECT_EQ(shapeOf(w, w.bodies[0]).breakingThreshold, static_cast<float>(gContactBreakingThreshold));
+  EXPECT_EQ(w.step(), Upload{});
+}
+
+TEST(Shapes, ScalingUploadsTheShapeAlone) {
+  FourBodies w;
+  w.box->setLocalScaling(btVector3(2, 4, 8));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  EXPECT_FLOAT_EQ(shapeOf(w, w.bodies[1]).extents.x, 1);
+  EXPECT_FLOAT_EQ(shapeOf(w, w.bodies[1]).extents.y, 2);
+  EXPECT_FLOAT_EQ(shapeOf(w, w.bodies[1]).extents.z, 4);
+  w.ball->setLocalScaling(btVector3(2, 2, 2));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {1}}}));
+  EXPECT_EQ(shapeOf(w, w.bodies[3]).extents.x, 0.5f);
+  w.ball->setUnscaledRadius(3);
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {1}}}));
+  w.box->setMargin(s(0.01));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  w.box->setUserPointer(&w);
+  EXPECT_EQ(w.step(), Upload{});
+}
+
+TEST(Shapes, ReplacedByAKnownAndByANewOne) {
+  FourBodies w;
+  w.bodies[2]->setCollisionShape(w.ball);
+  EXPECT_EQ(w.step(), (Upload{{"infos", {2}}}));
+  EXPECT_EQ(shapeOf(w, w.bodies[2]).type, SHAPE_SPHERE);
+  w.bodies[2]->setCollisionShape(w.shape<btBoxShape>(btVector3(7, 7, 7)));
+  EXPECT_EQ(w.step(), (Upload{{"infos", {2}}, {"shapes", {2}}}));
+  EXPECT_EQ(shapeOf(w, w.bodies[2]).extents.x, 7);
+}
+
+// A shape that was deleted, and another one, of another kind, at its address.
+TEST(Shapes, AnotherShapeAtTheSameAddress) {
+  ReaderWorld w;
+  alignas(16) unsigned char memory[sizeof(btBoxShape) + sizeof(btSphereShape)];
+  btCollisionShape* shape = new (memory) btBoxShape(btVector3(1, 1, 1));
+  btRigidBody* body = w.add(1, shape, btVector3(0, 0, 0));
+  w.step();
+  shape->~btCollisionShape();
+  shape = new (memory) btSphereShape(s(0.5));
+  body->setCollisionShape(shape);
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  EXPECT_EQ(shapeOf(w, body).type, SHAPE_SPHERE);
+  w.world.removeRigidBody(body);
+}
+
+class OwnSphere : public btSphereShape {
+ public:
+  using btSphereShape::btSphereShape;
+};
+
+// Each kind is named once a step, however many bodies have it, and is gone when the last one is.
+TEST(Shapes, WhatTheDeviceLacksIsNamed) {
+  FourBodies w;
+  auto* compound = w.shape<btCompoundShape>();
+  compound->addChildShape(btTransform::getIdentity(), w.box);
+  auto* capsule = w.shape<btCapsuleShape>(s(1), s(1));
+  auto* own = w.shape<OwnSphere>(s(1));
+  w.bodies[0]->setCollisionShape(compound);
+  w.bodies[1]->setCollisionShape(capsule);
+  w.bodies[2]->setCollisionShape(compound);
+  btRigidBody* fresh = w.add(1, own, btVector3(0, 9, 0));
+  w.bodies[3]->setFriction(s(0.125));
+  for (int i = 0; i < 2; ++i) {
+    w.read();
+    EXPECT_EQ(w.missingText(),
+              "Compound shape: not on the device yet\nCapsuleShape shape: not on the device yet\n"
+              "SPHERE shape: not on the device yet\n");
+  }
+  EXPECT_EQ(w.device.materials.values[3].friction, 0.125f) << "the others are read nevertheless";
+
+  w.bodies[0]->setCollisionShape(w.box);
+  w.bodies[2]->setCollisionShape(w.ball);
+  w.read();
+  EXPECT_EQ(w.missingText(),
+            "CapsuleShape shape: not on the device yet\nSPHERE shape: not on the device yet\n");
+  w.bodies[1]->setCollisionShape(w.box);
+  w.world.removeRigidBody(fresh);
+  w.step();
+  EXPECT_TRUE(w.missing.empty()) << w.missingText();
+  EXPECT_EQ(shapeOf(w, w.bodies[2]).type, SHAPE_SPHERE);
+  EXPECT_EQ(w.step(), Upload{});
+}
+
+// A body whose shape goes and comes back, with changes on the way that the device has to learn of later.
+TEST(Shapes, ChangesBehindAnUnsupportedShapeAreMadeUpFor) {
+  FourBodies w;
+  auto* capsule = w.shape<btCapsuleShape>(s(1), s(1));
+  w.bodies[1]->setCollisionShape(capsule);
+  w.read();
+  EXPECT_FALSE(w.missing.empty());
+  w.bodies[1]->setFriction(s(0.75));
+  w.bodies[1]->getWorldTransform().setOrigin(btVector3(0, 30, 0));
+  w.read();
+  w.bodies[1]->setCollisionShape(w.box);
+  EXPECT_EQ(w.step(), (Upload{{"materials", {1}}, {"poses", {1}}}));
+  EXPECT_TRUE(w.missing.empty());
+}
+
+TEST(Shapes, PlanesDoNotMove) {
+  FourBodies w;
+  w.bodies[0]->setCollisionShape(w.shape<btStaticPlaneShape>(btVector3(0, 1, 0), 0));
+  w.read();
+  EXPECT_EQ(w.missingText(), "plane on a body that moves: Bullet's planes are static\n");
+  w.bodies[0]->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+  w.step();
+  EXPECT_TRUE(w.missing.empty()) << w.missingText();
+}
+
+TEST(Shapes, SizesThatAreNotFinite) {
+  for (const double size :
+       {double(std::numeric_limits<float>::quiet_NaN()), double(std::numeric_limits<float>::infinity())}) {
+    FourBodies w;
+    w.ball->setUnscaledRadius(s(size));
+    w.read();
+    EXPECT_EQ(w.missingText(), "SPHERE shape: its size is not finite\n");
+    EXPECT_EQ(shapeOf(w, w.bodies[3]).extents.x, 0.25f) << "none of it goes up";
+    w.ball->setUnscaledRadius(2);
+    EXPECT_EQ(w.step(), (Upload{{"shapes", {1}}}));
+  }
+}
+
+// An application that makes a shape for every shot: the table is as long as what is in use asks for.
+TEST(Shapes, TableDoesNotGrowWithShapesThatWent) {
+  FourBodies w;
+  for (int i = 0; i < 1000; ++i) {
+    btSphereShape shot(s(1 + 0.001 * i));
+    w.bodies[i % 4]->setCollisionShape(&shot);
+    w.step();
+    EXPECT_EQ(shapeOf(w, w.bodies[i % 4]).extents.x, static_cast<float>(s(1 + 0.001 * i)));
+    w.bodies[i % 4]->setCollisionShape(w.box);
+    if (HasFailure()) return;
+  }
+  EXPECT_LE(w.reader.input().shapes.values.size(), 100u);
+
+  std::vector<std::unique_ptr<btBoxShape>> many;
+  for (int i = 0; i < 1000; ++i) {
+    many.push_back(std::make_unique<btBoxShape>(btVector3(s(1 + i), 1, 1)));
+    w.bodies[1]->setCollisionShape(many.back().get());
+    w.step();
+    if (HasFailure()) return;
+  }
+  // At most twice the shapes in use and 64, ShapeReader::end.
+  EXPECT_LE(w.reader.input().shapes.values.size(), 100u);
+  w.bodies[1]->setCollisionShape(w.box);
+}
+
+}  // namespace
+}  // namespace btgpu::test
