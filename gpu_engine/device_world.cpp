@@ -78,11 +78,12 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   uploadTracked(queue, input.dampings, dampings);
   uploadTracked(queue, input.shapes, shapes);
 
-  uploadBorn(queue, input.born, oldCount);
+  uploadBorn(queue, input.born, input.replaceManifolds, oldCount);
   if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
 }
 
-void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, size_t oldCount) {
+void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem,
+                             size_t oldCount) {
   // A body that is new has no AABB yet; an empty one says so.
   static const Aabb kNoAabb = {{1, 1, 1, 0}, {-1, -1, -1, 0}};
   oldAabbs.resize(queue, std::max(oldAabbs.size(), bodyCount));
@@ -96,7 +97,8 @@ void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bor
   if (bornNow.empty() && !m_anyBorn && bodyCount == oldCount) return;
   m_anyBorn = !bornNow.empty();
   m_bornFlags.assign(bodyCount, 0);
-  for (const std::uint32_t i : bornNow) m_bornFlags[i] = 1;
+  // Manifolds that come along with new bodies are theirs.
+  for (const std::uint32_t i : bornNow) m_bornFlags[i] = manifoldsKnowThem ? 0 : 1;
   born.copyFromHost(queue, m_bornFlags, false);
 }
 

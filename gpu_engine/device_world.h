@@ -39,7 +39,7 @@ struct DeviceWorld {
   DeviceArray<Manifold> oldManifolds{"old manifolds"}; // pairs
 
   // ---- one step; length bodies -------------------------------------------------------------------------------
-  DeviceArray<uint> born{"born"};                     // host: 1 where the slot's body is new in this step
+  DeviceArray<uint> born{"born"};  // host: 1 where the slot's body is newer than the manifolds of the last step
   DeviceArray<BodyStep> steps{"steps"};               // stage 10
   DeviceArray<Aabb> aabbs{"aabbs"};                   // stage 20
   DeviceArray<BodyActivation> stepActivations{"step activations"};  // stages 20 and 55
@@ -92,7 +92,7 @@ struct DeviceWorld {
 
  private:
   void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
-  void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, size_t oldCount);
+  void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem, size_t oldCount);
 
   // Host copies of uploads that may still be pending.
   std::vector<uint> m_bornFlags, m_count;

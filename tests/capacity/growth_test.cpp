@@ -185,37 +185,37 @@ TEST_F(Growth, ManifoldsOfTheStockPath) {
   }
   ASSERT_EQ(r.counters.overflow, 0u);
   // The stock path knows many more pairs than there will be in the next step: all others came apart.
-  std::vector<Manifold> manifolds = r.manifolds;
-  std::vector<Manifold> far;
-  for (uint a = 1; a < 400; ++a) {
+  std::vector<Manifold> known;
+  for (uint a = 0; a < 400; ++a) {
     for (uint c = a + 1; c < 400; ++c) {
       Manifold m{};
       m.bodyA = a;
       m.bodyB = c;
       m.breakingThreshold = 0.02f;
-      far.push_back(m);
+      known.push_back(m);
     }
   }
   const auto order = [](const Manifold& x, const Manifold& y) {
     return pairKeyOf(x.bodyA, x.bodyB) < pairKeyOf(y.bodyA, y.bodyB);
   };
-  for (const Manifold& m : manifolds) *std::lower_bound(far.begin(), far.end(), m, order) = m;
+  for (const Manifold& m : r.manifolds) { *std::lower_bound(known.begin(), known.end(), m, order) = m; }
   const StepResults expected = first.step(input, settings());
+  ASSERT_EQ(expected.counters.overflow, 0u);
 
-  WorldInput again = all;  // everything changed, but nobody is new
+  // To an engine that knows nothing yet all bodies are new, and the manifolds are theirs nevertheless.
+  WorldInput again = all;
   again.poses.values = input.poses.values;
   again.velocities.values = input.velocities.values;
   again.activations.values = input.activations.values;
-  again.born.clear();
   again.replaceManifolds = true;
-  again.manifolds = far;
+  again.manifolds = known;
   WorldEngine engine({});
   StepResults results;
   engine.begin(again, settings());
   engine.finish(results);
   EXPECT_TRUE(RoomyWorld::same(results.poses, expected.poses));
   EXPECT_TRUE(RoomyWorld::same(results.velocities, expected.velocities));
-  EXPECT_EQ(results.counters.contactPoints, expected.counters.contactPoints);
+  EXPECT_TRUE(RoomyWorld::same(results.manifolds, expected.manifolds));
 }
 
 // The room that a step needs, found in a world that has plenty.
