@@ -36,12 +36,7 @@ class DeviceArray {
   void reserve(Queue& queue, size_t wanted) {
     if (wanted <= m_capacity) return;
     const size_t grown = std::max({wanted, m_capacity + m_capacity / 2, size_t{16}});
-    cl::Buffer larger;
-    try {
-      larger = cl::Buffer(queue.device().context(), CL_MEM_READ_WRITE, grown * sizeof(T));
-    } catch (const cl::Error& e) {
-      throw makeOpenClError(e.err(), e.what(), fmt::format("{}: {} elements, {} bytes", m_name, grown, grown * sizeof(T)));
-    }
+    const cl::Buffer larger = allocate(queue.device(), grown);
     queue.copy(m_buffer, larger, 0, 0, m_size * sizeof(T));
     m_buffer = larger;
     m_capacity = grown;
@@ -81,6 +76,19 @@ class DeviceArray {
   }
 
  private:
+  cl::Buffer allocate(const ComputeDevice& device, size_t count) const {
+    const auto what = [&] { return fmt::format("{}: {} elements, {} bytes", m_name, count, count * sizeof(T)); };
+    // NVIDIA's driver grants any size and fails at the first use.
+    if (count > device.description().globalMemory / sizeof(T)) {
+      throw OpenClError(OpenClError::Kind::OutOfMemory, "more than the device's memory for " + what());
+    }
+    try {
+      return cl::Buffer(device.context(), CL_MEM_READ_WRITE, count * sizeof(T));
+    } catch (const cl::Error& e) {
+      throw makeOpenClError(e.err(), e.what(), what());
+    }
+  }
+
   std::string m_name;
   cl::Buffer m_buffer;
   size_t m_size = 0, m_capacity = 0;

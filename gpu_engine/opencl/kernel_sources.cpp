@@ -7,8 +7,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <set>
 #include <sstream>
+#include <vector>
 
 #include "error.h"
 
@@ -55,7 +57,41 @@ void expand(const std::string& path, std::set<std::string>& seen, std::ostringst
   }
 }
 
+// "kernels/lib/vec.h:12" of each line of an expanded source; directives get the name of what follows.
+std::vector<std::string> namesOfLines(const std::string& expandedSource) {
+  std::vector<std::string> names;
+  std::istringstream in(expandedSource);
+  std::string file;
+  int number = 1;
+  for (std::string line; std::getline(in, line);) {
+    static const std::regex directive("#line ([0-9]+) \"([^\"]*)\"");
+    std::smatch match;
+    const bool isDirective = std::regex_match(line, match, directive);
+    if (isDirective) {
+      number = std::stoi(match[1]);
+      file = match[2];
+    }
+    names.push_back(fmt::format("{}:{}", file, number));
+    if (!isDirective) ++number;
+  }
+  return names;
+}
+
 }  // namespace
+
+std::string nameLines(const std::string& log, const std::string& expandedSource) {
+  const auto names = namesOfLines(expandedSource);
+  static const std::regex place("<kernel>:([0-9]+)");
+  std::string named;
+  auto end = log.cbegin();
+  for (std::sregex_iterator it(log.begin(), log.end(), place), last; it != last; ++it) {
+    const size_t line = std::stoul((*it)[1]);
+    named.append(end, (*it)[0].first);
+    named += line >= 1 && line <= names.size() ? names[line - 1] : it->str();
+    end = (*it)[0].second;
+  }
+  return named.append(end, log.cend());
+}
 
 std::string expandKernelSource(const std::string& name) {
   std::ostringstream out;

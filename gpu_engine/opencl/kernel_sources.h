@@ -15,4 +15,8 @@ const std::map<std::string, const char*>& embeddedKernels();
 // Throws OpenClError if a file is missing.
 std::string expandKernelSource(const std::string& name);
 
+// A build log in which lines of the expanded source ("<kernel>:148:", as NVIDIA's compiler counts, which does not
+// heed #line) are named by file and line.
+std::string nameLines(const std::string& log, const std::string& expandedSource);
+
 }  // namespace btgpu

@@ -149,7 +149,7 @@ cl::Program ProgramCache::build(const std::string& file, const std::string& sour
   try {
     program.build({m_device.device()}, options.c_str());
   } catch (const cl::Error& e) {
-    const auto log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(m_device.device());
+    const auto log = nameLines(program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(m_device.device()), source);
     throw OpenClError(OpenClError::Kind::Build,
                       fmt::format("kernels/{} does not build on {} ({}): {}", file, m_device.description().name,
                                   errorName(e.err()), log));

@@ -103,7 +103,7 @@ TEST(WorldClass, ChangeOfDeviceKeepsTheBodies) {
   const FallingBox a(w.world, 5), b(stock.world, 5);
   w.run(10);
   btGpuSettings settings;
-  settings.m_device = "cpu";
+  settings.m_device = "0";  // the same device by another name: to the world it is another engine
   btGpuDynamicsWorld::configure(&w.world, settings);
   w.run(10);
   stock.run(20);

@@ -293,6 +293,17 @@ TEST_F(BuildErrorTest, NamesTheLineBehindIncludes) {
   expectBuildError("stages/44_find_separating_axis.cl", "kernels/stages/44_find_separating_axis.cl", line);
 }
 
+// As NVIDIA's compiler counts: lines of the source that it was given, whatever #line says.
+TEST(BuildLog, LinesOfTheExpandedSourceAreNamed) {
+  const std::string source =
+      "#line 1 \"kernels/a.cl\"\nfirst\n#line 1 \"kernels/lib/b.h\"\nin b\nagain\n#line 3 \"kernels/a.cl\"\nthird\n";
+  EXPECT_EQ(nameLines("<kernel>:2:7: error: x\n<kernel>:5:1: note: y\n<kernel>:7:2: z\n", source),
+            "kernels/a.cl:1:7: error: x\nkernels/lib/b.h:2:1: note: y\nkernels/a.cl:3:2: z\n");
+  EXPECT_EQ(nameLines("kernels/a.cl:9:1: error\n<kernel>:99:1: beyond\n<kernel>:0:1\n", source),
+            "kernels/a.cl:9:1: error\n<kernel>:99:1: beyond\n<kernel>:0:1\n");
+  EXPECT_EQ(nameLines("", source), "");
+}
+
 TEST_F(BuildErrorTest, MissingIncludeIsNamed) {
   breakLine("kernels/lib/group_scan.h", "#include", "#include \"missing.h\"");
   try {
