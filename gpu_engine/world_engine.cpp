@@ -15,6 +15,8 @@ constexpr size_t kMinPairs = 256;
 constexpr uint kFirstColours = 16, kFirstRounds = 24;
 constexpr uint kSpareColours = 2, kSpareRounds = 4;
 
+size_t withSpare(uint needed) { return size_t{needed} + needed / 4; }
+
 StepParams makeParams(const StepSettings& s, const Capacities& c, bool torsionRows) {
   StepParams p{};
   p.timeStep = s.timeStep;
@@ -163,8 +165,8 @@ void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
 bool WorldEngine::growAfterOverflow(const StepCounters& counters) {
   if (counters.overflow == 0) return false;
   Capacities wanted = m_world->capacities;
-  if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = counters.pairCount + counters.pairCount / 4;
-  if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = counters.slotCount + counters.slotCount / 4;
+  if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount);
+  if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
   if (counters.overflow & OVERFLOW_COLOURS) wanted.colourLaunches = counters.colourCount + kSpareColours;
   if (counters.overflow & OVERFLOW_ROUNDS) wanted.colourRounds *= 2;
   if (counters.overflow & OVERFLOW_SERIAL) wanted.serialLaunched = true;
