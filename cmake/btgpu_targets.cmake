@@ -4,7 +4,7 @@
 add_library(btgpu_flags INTERFACE)
 target_compile_options(btgpu_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
                                              -ffp-contract=off)
-target_include_directories(btgpu_flags INTERFACE ${CMAKE_SOURCE_DIR})
+target_include_directories(btgpu_flags INTERFACE ${PROJECT_SOURCE_DIR})
 if(BTGPU_WERROR)
   target_compile_options(btgpu_flags INTERFACE -Werror)
 endif()

@@ -12,17 +12,17 @@ if(TARGET btgpu_tool)
   install(TARGETS btgpu_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 install(EXPORT btgpuTargets NAMESPACE btgpu:: DESTINATION ${btgpu_cmake_dir})
-configure_package_config_file(cmake/btgpuConfig.cmake.in ${CMAKE_BINARY_DIR}/btgpuConfig.cmake
+configure_package_config_file(cmake/btgpuConfig.cmake.in ${PROJECT_BINARY_DIR}/btgpuConfig.cmake
                               INSTALL_DESTINATION ${btgpu_cmake_dir})
-write_basic_package_version_file(${CMAKE_BINARY_DIR}/btgpuConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${CMAKE_BINARY_DIR}/btgpuConfig.cmake ${CMAKE_BINARY_DIR}/btgpuConfigVersion.cmake
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/btgpuConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/btgpuConfig.cmake ${PROJECT_BINARY_DIR}/btgpuConfigVersion.cmake
         DESTINATION ${btgpu_cmake_dir})
 
 # Relative, so that an installed tree may be moved.
 file(RELATIVE_PATH BTGPU_PC_TO_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 foreach(suffix "" "-float64")
   set(BTGPU_SUFFIX "${suffix}")
-  configure_file(cmake/btgpu.pc.in ${CMAKE_BINARY_DIR}/btgpu${suffix}.pc @ONLY)
-  install(FILES ${CMAKE_BINARY_DIR}/btgpu${suffix}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  configure_file(cmake/btgpu.pc.in ${PROJECT_BINARY_DIR}/btgpu${suffix}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/btgpu${suffix}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endforeach()
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

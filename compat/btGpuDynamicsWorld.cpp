@@ -2,7 +2,9 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "btGpuDynamicsWorld.h"
 
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <mutex>
 #include <set>
 #include <string>
@@ -46,8 +48,8 @@ btgpu::Engine* engineOf(WorldState& state) {
   return state.engine.get();
 }
 
-// The device or its memory is gone: the world goes on without it. Bullet's objects still hold the state before the
-// step, so nothing is lost but the accumulated impulses.
+// The device or its memory is gone: the world goes on without it. Bullet's objects still hold the state
+// before the step, so nothing is lost but the accumulated impulses.
 void loseEngine(WorldState& state) {
   state.engineError = state.engine->lastError();
   sayOnce(state.engineError);
@@ -56,8 +58,8 @@ void loseEngine(WorldState& state) {
   state.reader.clear();
 }
 
-// Something of the application threw in the middle of a step. The device may have gone on by a step that Bullet's
-// objects never see: its state is dropped, and the next step starts from theirs.
+// Something of the application threw in the middle of a step. The device may have gone on by a step that
+// Bullet's objects never see: its state is dropped, and the next step starts from theirs.
 void abandonStep(WorldState& state) {
   state.engine->finishStep(state.results);
   state.engine->reset();
@@ -65,8 +67,10 @@ void abandonStep(WorldState& state) {
   state.lastPath = Path::None;
 }
 
-// Contacts of the stock path are the device's business now: left in the dispatcher they would go stale.
+// Contacts of the stock path, or of the application's own call of performDiscreteCollisionDetection, are the
+// device's business now: left in the dispatcher they would go stale.
 void releaseStockManifolds(btCollisionWorld& world) {
+  if (world.getDispatcher()->getNumManifolds() == 0) return;
   btOverlappingPairCache& cache = *world.getPairCache();
   btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
   for (int i = 0; i < pairs.size(); ++i) cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
@@ -84,14 +88,16 @@ void keepStatistics(WorldState& state) {
   s.m_launches = state.results.launches;
   s.m_waits = state.results.waits;
   if (c.quarantined > 0) {
-    state.fallbacks.add("body", "NaN or infinite result: left out until the application gives it a new state", c.quarantined);
+    state.fallbacks.add("body", "NaN or infinite result: left out until the application gives it a new state",
+                        c.quarantined);
   }
 }
 
 // Stands in for the pre-tick callback while the base class steps, since it has been called already.
 void preTickCalled(btDynamicsWorld*, btScalar) {}
 
-// Takes the callback away and puts it back, whatever happens in between, unless the application set another one.
+// Takes the callback away and puts it back, whatever happens in between, unless the application set another
+// one.
 class PreTickGuard {
  public:
   explicit PreTickGuard(btInternalTickCallback& callback) : m_callback(callback), m_saved(callback) {
@@ -108,7 +114,44 @@ class PreTickGuard {
   btInternalTickCallback m_saved;
 };
 
+// ---- virtual functions, as the Itanium C++ ABI lays them out (every compiler on Linux) ----
+
+const void* tableOf(const btGpuDynamicsWorld* world) {
+  const void* table;
+  std::memcpy(&table, static_cast<const void*>(world), sizeof table);
+  return table;
+}
+
+// What a virtual member function is for objects with this table. `member` holds the offset into the table: on
+// x86 plus one, on ARM with the mark in its other half.
+template <typename Member>
+const void* entryOf(const void* table, Member member) {
+  std::uintptr_t raw[2];
+  static_assert(sizeof member == sizeof raw);
+  std::memcpy(raw, &member, sizeof raw);
+  const void* entry;
+  std::memcpy(&entry, static_cast<const char*>(table) + (raw[0] & ~std::uintptr_t{1}), sizeof entry);
+  return entry;
+}
+
 }  // namespace
+
+// Stages of stock's step that a class derived from this one has made its own; the device would pass them by.
+const char* btGpuDynamicsWorld::overriddenStage() const {
+  const void* own = btgpu::findState(this)->ownTable;
+  const void* actual = tableOf(this);
+  if (actual == own) return nullptr;
+  const auto differs = [&](auto member) { return entryOf(own, member) != entryOf(actual, member); };
+  if (differs(&btGpuDynamicsWorld::predictUnconstraintMotion)) return "predictUnconstraintMotion";
+  if (differs(&btGpuDynamicsWorld::createPredictiveContacts)) return "createPredictiveContacts";
+  if (differs(&btGpuDynamicsWorld::performDiscreteCollisionDetection))
+    return "performDiscreteCollisionDetection";
+  if (differs(&btGpuDynamicsWorld::calculateSimulationIslands)) return "calculateSimulationIslands";
+  if (differs(&btGpuDynamicsWorld::solveConstraints)) return "solveConstraints";
+  if (differs(&btGpuDynamicsWorld::integrateTransforms)) return "integrateTransforms";
+  if (differs(&btGpuDynamicsWorld::updateActivationState)) return "updateActivationState";
+  return nullptr;
+}
 
 btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
                                        btConstraintSolver* constraintSolver,
@@ -117,22 +160,30 @@ btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInt
 
 btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
                                        btConstraintSolver* constraintSolver,
-                                       btCollisionConfiguration* collisionConfiguration, const btGpuSettings& settings)
+                                       btCollisionConfiguration* collisionConfiguration,
+                                       const btGpuSettings& settings)
     : btDiscreteDynamicsWorld(dispatcher, pairCache, constraintSolver, collisionConfiguration) {
-  btgpu::replaceState(this, settings);
+  btgpu::replaceState(this, settings)->ownTable = tableOf(this);
 }
 
 btGpuDynamicsWorld::~btGpuDynamicsWorld() { btgpu::eraseState(this); }
 
 void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSettings& settings) {
   const auto state = btgpu::findState(world);
-  const bool sameEngine = state->settings.m_device == settings.m_device && state->settings.m_profile == settings.m_profile;
+  const bool sameEngine =
+      state->settings.m_device == settings.m_device && state->settings.m_profile == settings.m_profile;
   state->settings = settings;
   if (sameEngine && state->engine) return;
   state->engine.reset();
   state->engineError.clear();
   state->reader.clear();
   if (state->lastPath == Path::Device) state->lastPath = Path::None;
+}
+
+void btGpuDynamicsWorld::addCollisionObject(btCollisionObject* collisionObject, int collisionFilterGroup,
+                                            int collisionFilterMask) {
+  btDiscreteDynamicsWorld::addCollisionObject(collisionObject, collisionFilterGroup, collisionFilterMask);
+  btgpu::findState(this)->reader.noteAdded(collisionObject);
 }
 
 std::vector<btGpuFallback> btGpuDynamicsWorld::fallbackReport() const {
@@ -167,13 +218,18 @@ void btGpuDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
   if (m_internalTickCallback) (*m_internalTickCallback)(this, timeStep);
 }
 
-// One step on the device, up to the point where stock has integrated the transforms. False if the stock path has to
-// do it; Bullet's objects are then as before.
+// One step on the device, up to the point where stock has integrated the transforms. False if the stock path
+// has to do it; Bullet's objects are then as before.
 bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   const auto state = btgpu::findState(this);
   btgpu::FallbackList missing;
   if (state->settings.m_stockOnly) missing.add("device", "turned off by setting");
+  if (const char* stage = overriddenStage())
+    missing.add("world", std::string("its class overrides ") + stage);
   btgpu::checkWorld(*this, timeStep, missing);
+  const bool hostPairsFirst =
+      missing.empty() && state->settings.m_hostQueries && btgpu::hasPairCallback(*this);
+  if (hostPairsFirst) updateHostBroadphase(timeStep);
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
   if (!missing.empty()) {
@@ -186,8 +242,8 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     input.replaceManifolds = true;
     input.manifolds = btgpu::readManifolds(*getDispatcher(), state->reader);
     releasePredictiveContacts();
-    releaseStockManifolds(*this);
   }
+  releaseStockManifolds(*this);
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
   settings.hostActivation = m_actions.size() > 0;
   settings.keepContacts = state->settings.m_keepContacts;
@@ -198,9 +254,10 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
 
   btgpu::Status status = state->engine->beginStep(input, settings);
   if (status == btgpu::Status::Ok) {
-    // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the solver.
+    // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the
+    // solver.
     try {
-      if (state->settings.m_hostQueries) updateHostBroadphase(timeStep);
+      if (state->settings.m_hostQueries && !hostPairsFirst) updateHostBroadphase(timeStep);
     } catch (...) {
       abandonStep(*state);
       throw;
@@ -220,7 +277,8 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   return true;
 }
 
-// What stock's step does for the broadphase: AABBs that cover the predicted motion, then the overlapping pairs.
+// What stock's step does for the broadphase: AABBs that cover the predicted motion, then the overlapping
+// pairs.
 void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
   for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
     btRigidBody* body = m_nonStaticRigidBodies[i];
@@ -238,7 +296,7 @@ void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
     // The contacts come along, so that the stack does not lose its warm start.
     std::vector<btgpu::Manifold> manifolds;
     btgpu::FallbackList ignored;
-    state->reader.read(*this, ignored, ignored);
+    state->reader.read(*this, ignored, state->fallbacks);
     if (state->engine->readManifolds(manifolds) == btgpu::Status::Ok) {
       updateHostBroadphase(timeStep);
       btgpu::writeManifolds(manifolds, state->reader, *this);

@@ -4,8 +4,8 @@
 //
 //   btDiscreteDynamicsWorld* world = new btGpuDynamicsWorld(dispatcher, broadphase, solver, configuration);
 //
-// Everything else stays as it is. Steps run on an OpenCL device; what the device can't do yet, and every step on a
-// machine without one, runs on Bullet's own CPU path, and fallbackReport() says so by name.
+// Everything else stays as it is. Steps run on an OpenCL device; what the device can't do yet, and every step
+// on a machine without one, runs on Bullet's own CPU path, and fallbackReport() says so by name.
 #ifndef BT_GPU_DYNAMICS_WORLD_H
 #define BT_GPU_DYNAMICS_WORLD_H
 
@@ -17,11 +17,11 @@
 #define BTGPU_API __attribute__((visibility("default")))
 
 struct btGpuSettings {
-  /// OpenCL device: an index as `btgpu info` lists them, "gpu", "cpu" or a part of the name. Empty: the environment
-  /// variable BTGPU_DEVICE, else the first GPU, else the first CPU device.
+  /// OpenCL device: an index as `btgpu info` lists them, "gpu", "cpu" or a part of the name. Empty: the
+  /// environment variable BTGPU_DEVICE, else the first GPU, else the first CPU device.
   std::string m_device;
-  /// Keeps the host's broadphase current, so that ray tests, sweeps and ghost objects answer as in stock. Turned off,
-  /// these see the poses of the last step on the stock path.
+  /// Keeps the host's broadphase current, so that ray tests, sweeps and ghost objects answer as in stock.
+  /// Turned off, these see the poses of the last step on the stock path.
   bool m_hostQueries = true;
   /// Runs everything on Bullet's own CPU path.
   bool m_stockOnly = false;
@@ -35,8 +35,8 @@ struct btGpuSettings {
 
 /// Something that did not run on the device.
 struct btGpuFallback {
-  std::string m_what;            ///< "joints", "Capsule shape", "constraint solver", ...
-  std::string m_reason;          ///< why, in words
+  std::string m_what;              ///< "joints", "Capsule shape", "constraint solver", ...
+  std::string m_reason;            ///< why, in words
   unsigned long long m_count = 0;  ///< steps that ran on the stock path because of it (quarantine: bodies)
 };
 
@@ -51,38 +51,47 @@ struct btGpuStatistics {
 
 /// Device time of one stage of the step (docs/pipeline.md).
 struct btGpuStageTime {
-  std::string m_stage;          ///< "30_find_pairs"
-  double m_milliseconds = 0;    ///< on the device, sum over all steps since the profile was last taken
+  std::string m_stage;        ///< "30_find_pairs"
+  double m_milliseconds = 0;  ///< on the device, sum over all steps since the profile was last taken
   int m_launches = 0;
 };
 
-/// A btDiscreteDynamicsWorld whose steps run on an OpenCL device. It adds no member, so it is as large as its base.
+/// A btDiscreteDynamicsWorld whose steps run on an OpenCL device. It adds no member, so it is as large as its
+/// base.
 ATTRIBUTE_ALIGNED16(class)
 BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
  public:
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
-  btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache, btConstraintSolver* constraintSolver,
-                     btCollisionConfiguration* collisionConfiguration);
-  btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache, btConstraintSolver* constraintSolver,
-                     btCollisionConfiguration* collisionConfiguration, const btGpuSettings& settings);
+  btGpuDynamicsWorld(btDispatcher * dispatcher, btBroadphaseInterface * pairCache,
+                     btConstraintSolver * constraintSolver,
+                     btCollisionConfiguration * collisionConfiguration);
+  btGpuDynamicsWorld(btDispatcher * dispatcher, btBroadphaseInterface * pairCache,
+                     btConstraintSolver * constraintSolver, btCollisionConfiguration * collisionConfiguration,
+                     const btGpuSettings& settings);
   /// Touches nothing but btgpu's own table: bodies, dispatcher and broadphase may be gone already.
   virtual ~btGpuDynamicsWorld();
 
+  virtual void addCollisionObject(
+      btCollisionObject * collisionObject, int collisionFilterGroup = btBroadphaseProxy::StaticFilter,
+      int collisionFilterMask = btBroadphaseProxy::AllFilter ^ btBroadphaseProxy::StaticFilter) override;
+
   /// Replaces the settings of a world; a change of device takes effect with the next step.
-  static void configure(btGpuDynamicsWorld* world, const btGpuSettings& settings);
+  static void configure(btGpuDynamicsWorld * world, const btGpuSettings& settings);
 
   /// What did not run on the device since the world was made, by name; empty if everything did.
   std::vector<btGpuFallback> fallbackReport() const;
   btGpuStatistics statistics() const;
 
-  /// Stage times since the last call, in the order of the stages; empty unless btGpuSettings::m_profile is set.
+  /// Stage times since the last call, in the order of the stages; empty unless btGpuSettings::m_profile is
+  /// set.
   std::vector<btGpuStageTime> takeProfile();
 
  protected:
   virtual void internalSingleStepSimulation(btScalar timeStep) override;
 
  private:
+  const char* overriddenStage() const;
   bool deviceStep(btScalar timeStep);
   void updateHostBroadphase(btScalar timeStep);
   void stockStep(btScalar timeStep);

@@ -12,7 +12,8 @@ namespace {
 
 constexpr const char* kPluginName = "libbtgpu_engine.so";
 constexpr const char* kInstall = "; install ocl-icd-libopencl1 and a driver such as pocl-opencl-icd";
-constexpr const char* kOtherVersion = "the engine plugin is of another version of btgpu; install both of one version";
+constexpr const char* kOtherVersion =
+    "the engine plugin is of another version of btgpu; install both of one version";
 
 struct Plugin {
   EngineFactory createEngine = nullptr;
@@ -36,7 +37,7 @@ void* openPlugin(std::string& error) {
     return handle;
   }
   const auto here = ownDirectory();
-  for (const char* folder : {".", "btgpu", "../lib", "../lib/btgpu"}) {
+  for (const char* folder : {".", "btgpu", "../lib", "../lib/btgpu", BTGPU_PLUGIN_FROM_BIN}) {
     const auto candidate = here / folder / kPluginName;
     std::error_code ignored;
     if (here.empty() || !std::filesystem::exists(candidate, ignored)) continue;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// What belongs to a btGpuDynamicsWorld but is not inside it: the class adds no member to its base, so its state lies
-// in a table keyed by the world's address.
+// What belongs to a btGpuDynamicsWorld but is not inside it: the class adds no member to its base, so its
+// state lies in a table keyed by the world's address.
 #pragma once
 
 #include <memory>
@@ -18,6 +18,7 @@ enum class Path { None, Device, Stock };
 
 struct WorldState {
   btGpuSettings settings;
+  const void* ownTable = nullptr;  // virtual table of btGpuDynamicsWorld itself
   WorldReader reader;
   std::unique_ptr<Engine> engine;
   std::string engineError;  // why there is no engine; it is not tried again until configure()

@@ -53,8 +53,11 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   c.colourRounds = std::max(c.colourRounds, wanted.colourRounds);
   c.serialLaunched = c.serialLaunched || wanted.serialLaunched;
 
-  const auto resizeAll = [&queue](size_t size, auto&... arrays) { (arrays.resize(queue, std::max(size, arrays.size())), ...); };
-  resizeAll(c.bodies, born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
+  const auto resizeAll = [&queue](size_t size, auto&... arrays) {
+    (arrays.resize(queue, std::max(size, arrays.size())), ...);
+  };
+  resizeAll(c.bodies, born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies,
+            solverMasses);
   resizeAll(c.pairs, keys, pairs, items, contacts, manifolds, constraints, oldKeys, oldManifolds);
   resizeAll(1, pairCount, oldPairCount, constraintCount, params, counters);
   resizeAll(BUCKET_COUNT + 1, bucketFirst);
@@ -64,6 +67,9 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   if (twoFriction) resizeAll(c.slots * SLOT_TANGENT2_FIELDS, tangent2);
   if (torsionRows) resizeAll(c.slots * SLOT_TORSION_FIELDS, torsion);
 }
+
+// A body that is new, or not where it was, has no AABB yet; an empty one says so.
+static const Aabb kNoAabb = {{1, 1, 1, 0}, {-1, -1, -1, 0}};
 
 void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   const size_t oldCount = bodyCount;
@@ -82,14 +88,25 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
 }
 
+void DeviceWorld::forgetStaleAabbs(Queue& queue, const WorldInput& input) {
+  if (!input.shapes.changed.empty() || input.replaceManifolds) {
+    m_noAabbs.assign(bodyCount, kNoAabb);
+    queue.write(oldAabbs.buffer(), 0, bodyCount * sizeof(Aabb), m_noAabbs.data(), false);
+    return;
+  }
+  for (const auto* changed : {&input.poses.changed, &input.infos.changed}) {
+    for (const std::uint32_t i : *changed)
+      queue.write(oldAabbs.buffer(), i * sizeof(Aabb), sizeof(Aabb), &kNoAabb, false);
+  }
+}
+
 void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem,
                              size_t oldCount) {
-  // A body that is new has no AABB yet; an empty one says so.
-  static const Aabb kNoAabb = {{1, 1, 1, 0}, {-1, -1, -1, 0}};
   oldAabbs.resize(queue, std::max(oldAabbs.size(), bodyCount));
   if (bodyCount > oldCount) {
     m_noAabbs.assign(bodyCount - oldCount, kNoAabb);
-    queue.write(oldAabbs.buffer(), oldCount * sizeof(Aabb), m_noAabbs.size() * sizeof(Aabb), m_noAabbs.data(), false);
+    queue.write(oldAabbs.buffer(), oldCount * sizeof(Aabb), m_noAabbs.size() * sizeof(Aabb), m_noAabbs.data(),
+                false);
   }
   for (const std::uint32_t i : bornNow) {
     if (i < oldCount) queue.write(oldAabbs.buffer(), i * sizeof(Aabb), sizeof(Aabb), &kNoAabb, false);

@@ -13,14 +13,15 @@ namespace btgpu {
 struct Capacities {
   size_t bodies = 0;
   size_t pairs = 0;
-  size_t slots = 0;           // constraint slots, padding included
-  uint colourLaunches = 0;    // parallel colours launched a step
-  uint colourRounds = 0;      // colouring rounds launched a step (GPU shape)
+  size_t slots = 0;         // constraint slots, padding included
+  uint colourLaunches = 0;  // parallel colours launched a step
+  uint colourRounds = 0;    // colouring rounds launched a step (GPU shape)
   bool serialLaunched = false;
 };
 
 struct DeviceWorld {
-  // ---- state that lives from step to step; length bodies -----------------------------------------------------
+  // ---- state that lives from step to step; length bodies
+  // -----------------------------------------------------
   DeviceArray<BodyInfo> infos{"infos"};                    // host; stage 80 sets BODY_QUARANTINED
   DeviceArray<BodyPose> poses{"poses"};                    // host, stage 80
   DeviceArray<BodyVelocity> velocities{"velocities"};      // host, stages 80 and 90
@@ -33,45 +34,50 @@ struct DeviceWorld {
 
   // The last step's result, read by the next one. Each has a twin that the running step writes; the two are
   // swapped when the step has succeeded, so a step can be repeated from an untouched state.
-  DeviceArray<Aabb> oldAabbs{"old aabbs"};             // bodies
-  DeviceArray<ulong> oldKeys{"old pair keys"};         // pairs; sorted (lower << 32 | higher body index)
-  DeviceArray<uint> oldPairCount{"old pair count"};    // 1
-  DeviceArray<Manifold> oldManifolds{"old manifolds"}; // pairs
+  DeviceArray<Aabb> oldAabbs{"old aabbs"};              // bodies
+  DeviceArray<ulong> oldKeys{"old pair keys"};          // pairs; sorted (lower << 32 | higher body index)
+  DeviceArray<uint> oldPairCount{"old pair count"};     // 1
+  DeviceArray<Manifold> oldManifolds{"old manifolds"};  // pairs
 
-  // ---- one step; length bodies -------------------------------------------------------------------------------
-  DeviceArray<uint> born{"born"};  // host: 1 where the slot's body is newer than the manifolds of the last step
-  DeviceArray<BodyStep> steps{"steps"};               // stage 10
-  DeviceArray<Aabb> aabbs{"aabbs"};                   // stage 20
+  // ---- one step; length bodies
+  // -------------------------------------------------------------------------------
+  DeviceArray<uint> born{
+      "born"};  // host: 1 where the slot's body is newer than the manifolds of the last step
+  DeviceArray<BodyStep> steps{"steps"};                             // stage 10
+  DeviceArray<Aabb> aabbs{"aabbs"};                                 // stage 20
   DeviceArray<BodyActivation> stepActivations{"step activations"};  // stages 20 and 55
-  DeviceArray<uint> roots{"island roots"};            // stage 55: lowest body index of the island
-  DeviceArray<uint> islandFlags{"island flags"};      // stage 55, at the roots
-  DeviceArray<uint> solved{"solved"};                 // stage 55: 1 where the solver writes the body back
+  DeviceArray<uint> roots{"island roots"};                // stage 55: lowest body index of the island
+  DeviceArray<uint> islandFlags{"island flags"};          // stage 55, at the roots
+  DeviceArray<uint> solved{"solved"};                     // stage 55: 1 where the solver writes the body back
   DeviceArray<SolverBody> solverBodies{"solver bodies"};  // stages 65 and 70
   DeviceArray<SolverMass> solverMasses{"solver masses"};  // stage 65
 
-  // ---- one step; length pairs --------------------------------------------------------------------------------
-  DeviceArray<ulong> keys{"pair keys"};            // stage 30, sorted
-  DeviceArray<uint> pairCount{"pair count"};       // 1; stage 30; may exceed the capacity
-  DeviceArray<Pair> pairs{"pairs"};                // stage 35
-  DeviceArray<uint> items{"pair items"};           // stage 35: pair indices bucket by bucket
-  DeviceArray<uint> bucketFirst{"bucket starts"};  // BUCKET_COUNT + 1; stage 35
+  // ---- one step; length pairs
+  // --------------------------------------------------------------------------------
+  DeviceArray<ulong> keys{"pair keys"};                     // stage 30, sorted
+  DeviceArray<uint> pairCount{"pair count"};                // 1; stage 30; may exceed the capacity
+  DeviceArray<Pair> pairs{"pairs"};                         // stage 35
+  DeviceArray<uint> items{"pair items"};                    // stage 35: pair indices bucket by bucket
+  DeviceArray<uint> bucketFirst{"bucket starts"};           // BUCKET_COUNT + 1; stage 35
   DeviceArray<RawContacts> contacts{"contact candidates"};  // stages 42, 44 and 46
   DeviceArray<SeparatingAxis> axes{"separating axes"};      // stage 44; by position in the box-box bucket
   DeviceArray<uint> overlapping{"overlapping box pairs"};   // stage 44: positions in the bucket, ascending
   DeviceArray<uint> overlapCount{"overlapping box pair count"};  // 1; stage 44
-  DeviceArray<Manifold> manifolds{"manifolds"};             // stages 48, 65 and 70
-  DeviceArray<Manifold> matchedManifolds{"matched manifolds"};  // copy after stage 48, if wanted
-  DeviceArray<uint> constraints{"constraints"};     // stage 55: manifolds that are solved, ascending
+  DeviceArray<Manifold> manifolds{"manifolds"};                  // stages 48, 65 and 70
+  DeviceArray<Manifold> matchedManifolds{"matched manifolds"};   // copy after stage 48, if wanted
+  DeviceArray<uint> constraints{"constraints"};           // stage 55: manifolds that are solved, ascending
   DeviceArray<uint> constraintCount{"constraint count"};  // 1; stage 55
 
-  // ---- one step; length slots, in blocks of BTGPU_LANES -------------------------------------------------------
-  DeviceArray<uint> slotFirst{"slot starts"};       // COLOUR_TABLE; stage 60
-  DeviceArray<SlotHeader> slots{"slots"};           // stage 60
-  DeviceArray<float> rows{"rows"};                  // stages 65 and 70; SLOT_FIELDS a slot
+  // ---- one step; length slots, in blocks of BTGPU_LANES
+  // -------------------------------------------------------
+  DeviceArray<uint> slotFirst{"slot starts"};           // COLOUR_TABLE; stage 60
+  DeviceArray<SlotHeader> slots{"slots"};               // stage 60
+  DeviceArray<float> rows{"rows"};                      // stages 65 and 70; SLOT_FIELDS a slot
   DeviceArray<float> tangent2{"second friction rows"};  // SLOT_TANGENT2_FIELDS a slot, if used
   DeviceArray<float> torsion{"torsional rows"};         // SLOT_TORSION_FIELDS a slot, if used
 
-  // ---- the step itself ---------------------------------------------------------------------------------------
+  // ---- the step itself
+  // ---------------------------------------------------------------------------------------
   DeviceArray<StepParams> params{"step params"};        // 1; host
   DeviceArray<StepCounters> counters{"step counters"};  // 1; all stages
 
@@ -83,6 +89,9 @@ struct DeviceWorld {
 
   // Brings everything that changed in `input` to the device, without waiting.
   void upload(Queue& queue, const WorldInput& input);
+  // Without setForceUpdateAllAabbs, bodies at rest keep the AABB of an earlier step. After upload(): forgets
+  // those that the application's changes made wrong.
+  void forgetStaleAabbs(Queue& queue, const WorldInput& input);
 
   // Copies the manifolds as stage 48 left them, before the solver changes their impulses.
   void keepMatchedManifolds(Queue& queue);
@@ -92,7 +101,8 @@ struct DeviceWorld {
 
  private:
   void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
-  void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem, size_t oldCount);
+  void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem,
+                  size_t oldCount);
 
   // Host copies of uploads that may still be pending.
   std::vector<uint> m_bornFlags, m_count;

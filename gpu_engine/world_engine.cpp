@@ -9,25 +9,29 @@
 namespace btgpu {
 namespace {
 
-// Room to start with. Growth costs a repeated step, so a guess that fits most scenes is worth a little memory.
+// Room to start with. Growth costs a repeated step, so a guess that fits most scenes is worth a little
+// memory.
 constexpr size_t kPairsPerBody = 6;
 constexpr size_t kMinPairs = 256;
 constexpr uint kFirstColours = 16, kFirstRounds = 24;
 constexpr uint kSpareColours = 2, kSpareRounds = 4;
+
+// Up at once, down by and by: after a calm moment the next impact should not find everything taken away.
+uint approach(uint now, uint needed) { return needed >= now ? needed : now - (now - needed + 3) / 4; }
 
 size_t withSpare(uint needed) { return size_t{needed} + needed / 4; }
 
 StepParams makeParams(const StepSettings& s, const Capacities& c, bool torsionRows) {
   StepParams p{};
   p.timeStep = s.timeStep;
-  p.flags = (s.useContinuous ? STEP_USE_CONTINUOUS : 0u) | (s.forceUpdateAllAabbs ? STEP_FORCE_ALL_AABBS : 0u) |
-            (s.splitImpulse ? STEP_SPLIT_IMPULSE : 0u) | (s.warmStarting ? STEP_WARM_START : 0u) |
-            (s.twoFrictionDirections ? STEP_TWO_FRICTION : 0u) |
+  p.flags = (s.useContinuous ? STEP_USE_CONTINUOUS : 0u) |
+            (s.forceUpdateAllAabbs ? STEP_FORCE_ALL_AABBS : 0u) | (s.splitImpulse ? STEP_SPLIT_IMPULSE : 0u) |
+            (s.warmStarting ? STEP_WARM_START : 0u) | (s.twoFrictionDirections ? STEP_TWO_FRICTION : 0u) |
             (s.frictionDirectionCaching ? STEP_FRICTION_CACHING : 0u) |
             (s.velocityDependentFriction ? 0u : STEP_NO_VELOCITY_FRICTION) |
             (s.interleaveContactAndFriction ? STEP_INTERLEAVE : 0u) |
             (s.disableDeactivation ? STEP_DISABLE_DEACTIVATION : 0u) | (torsionRows ? STEP_TORSION : 0u) |
-            (s.hostActivation ? STEP_HOST_ACTIVATION : 0u);
+            (s.hostActivation ? STEP_HOST_ACTIVATION : 0u) | (s.wakeByContact ? STEP_WAKE_BY_CONTACT : 0u);
   p.erp2 = s.erp2;
   p.globalCfm = s.globalCfm;
   p.splitImpulsePenetrationThreshold = s.splitImpulsePenetrationThreshold;
@@ -78,14 +82,20 @@ void WorldEngine::makeRoom(size_t bodyCount) {
   Capacities wanted = m_world->capacities;
   wanted.bodies = std::max(bodyCount, m_engineSettings.bodyCapacity);
   if (wanted.pairs == 0) {
-    wanted.pairs = std::max({kMinPairs, m_engineSettings.pairCapacity, kPairsPerBody * bodyCount});
+    // A guess must not ask for more than the device gives in one piece; what a step really needs it may.
+    const size_t most = m_device->description().largestAllocation / sizeof(Manifold);
+    const size_t guess = std::max(kMinPairs, std::min(kPairsPerBody * bodyCount, most));
+    wanted.pairs = std::max(guess, m_engineSettings.pairCapacity);
     wanted.slots = wanted.pairs / 2 + kFirstColours * BTGPU_LANES;
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
   }
   const bool fresh = m_world->oldPairCount.empty();
   m_world->reserve(m_queue, wanted, m_settings.twoFrictionDirections, m_traits.torsionRows);
-  if (fresh) m_world->oldPairCount.copyFromHost(m_queue, {0u});
+  if (!fresh) return;
+  // Both: an empty world's step swaps them without a kernel having run.
+  m_world->pairCount.copyFromHost(m_queue, {0u});
+  m_world->oldPairCount.copyFromHost(m_queue, {0u});
 }
 
 void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
@@ -95,6 +105,7 @@ void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
   updateTraits(input);
   makeRoom(input.bodyCount);
   m_world->upload(m_queue, input);
+  if (!settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
   enqueue();
 }
 
@@ -114,7 +125,8 @@ void WorldEngine::enqueueReads(StepResults& results) {
   results.activations.resize(n);
   m_queue.read(m_world->poses.buffer(), 0, n * sizeof(BodyPose), results.poses.data(), false);
   m_queue.read(m_world->velocities.buffer(), 0, n * sizeof(BodyVelocity), results.velocities.data(), false);
-  m_queue.read(m_world->activations.buffer(), 0, n * sizeof(BodyActivation), results.activations.data(), false);
+  m_queue.read(m_world->activations.buffer(), 0, n * sizeof(BodyActivation), results.activations.data(),
+               false);
   m_queue.read(m_world->counters.buffer(), 0, sizeof(StepCounters), &results.counters, false);
 }
 
@@ -150,7 +162,8 @@ void WorldEngine::readContacts(StepResults& results) {
   const size_t pairs = results.counters.pairCount;
   results.matchedManifolds.resize(pairs);
   results.manifolds.resize(pairs);
-  m_queue.read(m_world->matchedManifolds.buffer(), 0, pairs * sizeof(Manifold), results.matchedManifolds.data(), true);
+  m_queue.read(m_world->matchedManifolds.buffer(), 0, pairs * sizeof(Manifold),
+               results.matchedManifolds.data(), true);
   m_queue.read(m_world->manifolds.buffer(), 0, pairs * sizeof(Manifold), results.manifolds.data(), true);
 }
 
@@ -158,7 +171,8 @@ void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
   manifolds.clear();
   if (m_world->oldPairCount.empty()) return;
   manifolds.resize(m_world->oldPairCount.toVector(m_queue).front());
-  m_queue.read(m_world->oldManifolds.buffer(), 0, manifolds.size() * sizeof(Manifold), manifolds.data(), true);
+  m_queue.read(m_world->oldManifolds.buffer(), 0, manifolds.size() * sizeof(Manifold), manifolds.data(),
+               true);
 }
 
 // True if the step has to be repeated.
@@ -168,18 +182,23 @@ bool WorldEngine::growAfterOverflow(const StepCounters& counters) {
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
   if (counters.overflow & OVERFLOW_COLOURS) wanted.colourLaunches = counters.colourCount + kSpareColours;
-  if (counters.overflow & OVERFLOW_ROUNDS) wanted.colourRounds *= 2;
+  if (counters.overflow & OVERFLOW_ROUNDS) {
+    // The colours counted are those of the rounds that ran; more are likely.
+    wanted.colourRounds = std::max(2 * wanted.colourRounds, kFirstRounds);
+    wanted.colourLaunches = std::max(wanted.colourLaunches, kFirstColours);
+  }
   if (counters.overflow & OVERFLOW_SERIAL) wanted.serialLaunched = true;
   m_world->reserve(m_queue, wanted, m_settings.twoFrictionDirections, m_traits.torsionRows);
   return true;
 }
 
-// Launches follow what the last step used: empty ones cost time, missing ones a repeated step. The result of a step
-// does not depend on them.
+// Launches follow what the last step used: empty ones cost time, missing ones a repeated step. The result of
+// a step does not depend on them.
 void WorldEngine::adaptLaunches(const StepCounters& counters) {
   Capacities& c = m_world->capacities;
-  c.colourLaunches = std::min<uint>(COLOUR_LIMIT, counters.colourCount + kSpareColours);
-  c.colourRounds = counters.colourRounds + kSpareRounds;
+  c.colourLaunches =
+      std::min<uint>(COLOUR_LIMIT, approach(c.colourLaunches, counters.colourCount + kSpareColours));
+  c.colourRounds = approach(c.colourRounds, counters.colourRounds + kSpareRounds);
   c.serialLaunched = counters.serialCount > 0;
 }
 

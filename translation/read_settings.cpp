@@ -29,6 +29,7 @@ StepSettings readSettings(btDiscreteDynamicsWorld& world, btScalar timeStep) {
   s.contactBreakingThreshold = f(gContactBreakingThreshold);
   s.deactivationTime = f(gDeactivationTime);
   s.disableDeactivation = gDisableDeactivation;
+  s.wakeByContact = world.getDispatchInfo().m_deterministicOverlappingPairs;
   s.useContinuous = world.getDispatchInfo().m_useContinuous;
   s.forceUpdateAllAabbs = world.getForceUpdateAllAabbs();
   return s;

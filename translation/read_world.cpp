@@ -41,7 +41,8 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   ++m_step;
   const auto* dispatcher = static_cast<const btCollisionDispatcher*>(world.getDispatcher());
   m_shapes.begin(gContactBreakingThreshold,
-                 (dispatcher->getDispatcherFlags() & btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
+                 (dispatcher->getDispatcherFlags() &
+                  btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
   findObjects(world.getCollisionObjectArray());
 
   const btAlignedObjectArray<btRigidBody*>& nonStatic = world.getNonStaticRigidBodies();
@@ -51,14 +52,14 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
     BodySlot& slot = m_slots[m_order[static_cast<std::size_t>(position)]];
     if (slot.object == nonStatic[i]) slot.integrated = m_step;
   }
-  chooseRegion();
+  chooseRegion(missing);
   for (const std::uint32_t slot : m_order) readObject(world, slot, missing, notes);
   m_shapes.end();
   sortChanges();
 }
 
-// Gives every object of the world its slot: objects that stayed keep theirs, slots of those that left become free,
-// then new ones get the lowest free slots in the order of the world's array.
+// Gives every object of the world its slot: objects that stayed keep theirs, slots of those that left become
+// free, then new ones get the lowest free slots in the order of the world's array.
 void WorldReader::findObjects(const btCollisionObjectArray& objects) {
   const int count = objects.size();
   m_order.resize(static_cast<std::size_t>(count), kNoSlot);
@@ -67,7 +68,8 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
     const auto position = static_cast<std::size_t>(i);
     btCollisionObject* object = objects[i];
     std::uint32_t slot = m_order[position];
-    if (slot == kNoSlot || slot >= m_slots.size() || m_slots[slot].object != object) slot = m_index.find(object);
+    if (slot == kNoSlot || slot >= m_slots.size() || m_slots[slot].object != object)
+      slot = m_index.find(object);
     m_order[position] = slot;
     if (slot == kNoSlot) {
       m_newObjects.push_back(static_cast<std::uint32_t>(i));
@@ -76,6 +78,12 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
     }
   }
   removeUnseen();
+  for (const std::uint32_t slot : m_addedAgain) {
+    if (!m_slots[slot].object) continue;
+    m_input.born.push_back(slot);
+    m_slots[slot].deviceQuarantined = false;
+  }
+  m_addedAgain.clear();
   for (const std::uint32_t i : m_newObjects) {
     const std::uint32_t slot = m_index.insert(objects[static_cast<int>(i)]);
     growTo(m_index.slotCount());
@@ -85,6 +93,11 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
     m_order[i] = slot;
     m_input.born.push_back(slot);
   }
+}
+
+void WorldReader::noteAdded(const btCollisionObject* object) {
+  const std::uint32_t slot = m_index.find(object);
+  if (slot != kNoSlot) m_addedAgain.push_back(slot);
 }
 
 void WorldReader::removeUnseen() {
@@ -110,24 +123,44 @@ void WorldReader::growTo(std::uint32_t slotCount) {
   m_input.activations.values.resize(slotCount);
 }
 
-// In a double world the device's floats count from an origin near the bodies. Chosen when the first bodies come, on
-// a coarse grid; a float world needs none.
-void WorldReader::chooseRegion() {
-  if (sizeof(btScalar) == sizeof(float) || m_regionChosen || m_order.empty()) return;
-  constexpr double kGrid = 1024;
-  double sum[3] = {0, 0, 0};
-  int count = 0;
+// In a double world the device's floats count from an origin near the bodies, on a coarse grid: chosen when
+// the first bodies come, and again when one leaves the region. A float world needs none: its own numbers are
+// as coarse.
+void WorldReader::chooseRegion(FallbackList& missing) {
+  if (sizeof(btScalar) == sizeof(float) || m_order.empty()) return;
+  constexpr double kGrid = 1024, kRegionSize = 8192;  // at its border a float's unit is 0.5 to 1 mm
+  const Bounds bounds = boundsOfMoving();
+  if (bounds.empty()) return;
+  if (m_regionChosen && bounds.farthestFrom(m_input.regionOrigin) <= kRegionSize) return;
+  m_regionChosen = true;
+  double origin[3];
+  for (int k = 0; k < 3; ++k) origin[k] = std::round((bounds.lower[k] + bounds.upper[k]) / 2 / kGrid) * kGrid;
+  if (bounds.farthestFrom(origin) > kRegionSize) {
+    missing.add("bodies far apart", "more than 16 km: too far for the device's floats");
+  }
+  if (std::equal(origin, origin + 3, m_input.regionOrigin)) return;
+  std::copy(origin, origin + 3, m_input.regionOrigin);
+  // Whoever came before knew another origin.
+  for (const std::uint32_t slot : m_order) m_slots[slot].poseKnown = false;
+}
+
+WorldReader::Bounds WorldReader::boundsOfMoving() const {
+  Bounds bounds;
   for (const std::uint32_t slot : m_order) {
     const btVector3& p = m_slots[slot].object->getWorldTransform().getOrigin();
     if (!isIntegrated(slot) || !std::isfinite(double(p.x() + p.y() + p.z()))) continue;
-    for (int k = 0; k < 3; ++k) sum[k] += double(p[k]);
-    ++count;
+    for (int k = 0; k < 3; ++k) {
+      bounds.lower[k] = std::min(bounds.lower[k], double(p[k]));
+      bounds.upper[k] = std::max(bounds.upper[k], double(p[k]));
+    }
   }
-  if (count == 0) return;
-  m_regionChosen = true;
-  for (int k = 0; k < 3; ++k) m_input.regionOrigin[k] = std::round(sum[k] / count / kGrid) * kGrid;
-  // Whoever came before knew another origin.
-  for (const std::uint32_t slot : m_order) m_slots[slot].poseKnown = false;
+  return bounds;
+}
+
+double WorldReader::Bounds::farthestFrom(const double (&origin)[3]) const {
+  double farthest = 0;
+  for (int k = 0; k < 3; ++k) farthest = std::max({farthest, origin[k] - lower[k], upper[k] - origin[k]});
+  return farthest;
 }
 
 void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, FallbackList& missing,
@@ -146,9 +179,10 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
 
   BodyRecord record = readBody(object, shapeIndex, isIntegrated(i));
   const bool moved = !slot.poseKnown || !sameTransform(slot.lastTransform, object.getWorldTransform());
-  const BodyPose pose = moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
+  const BodyPose pose =
+      moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
   const BodyInfo& known = m_input.infos.values[i];
-  // The proxy's id changes when an object leaves and comes back between two steps: to Bullet that is a new body.
+  // With btDbvtBroadphase the proxy's id changes when an object leaves and comes back, whoever took it there.
   if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) {
     m_input.born.push_back(i);
     slot.deviceQuarantined = false;
@@ -157,7 +191,8 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   const bool wasQuarantined = slot.quarantined;
   slot.quarantined = !isFiniteBody(record, pose);
   if (slot.quarantined) {
-    if (!wasQuarantined) notes.add("body", "NaN or infinite state: left out until it is finite again");
+    if (!wasQuarantined)
+      notes.add("body", "NaN or infinite state: left out until the application gives it a finite one");
     record.info.flags |= BODY_QUARANTINED;
     update(m_input.infos, i, record.info);
     return;
@@ -184,9 +219,9 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
 
 void WorldReader::sortChanges() {
   WorldInput& in = m_input;
-  for (auto* list : {&in.infos.changed, &in.poses.changed, &in.velocities.changed, &in.forces.changed,
-                     &in.masses.changed, &in.materials.changed, &in.dampings.changed, &in.activations.changed,
-                     &in.shapes.changed, &in.born}) {
+  for (auto* list :
+       {&in.infos.changed, &in.poses.changed, &in.velocities.changed, &in.forces.changed, &in.masses.changed,
+        &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed, &in.born}) {
     std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }

@@ -13,24 +13,24 @@
 
 BTGPU_TRANSLATION_BEGIN
 
-// What translation remembers of one object between steps. Pointers are followed only while the object is known to be
-// in the world, that is within read() and until the application's next callback.
+// What translation remembers of one object between steps. Pointers are followed only while the object is
+// known to be in the world, that is within read() and until the application's next callback.
 struct BodySlot {
   btCollisionObject* object = nullptr;  // null: the slot is free
   bool poseKnown = false;               // lastTransform holds what the device has
   btTransform lastTransform = btTransform::getIdentity();
-  bool quarantined = false;             // NaN or infinity came from the application
-  bool deviceQuarantined = false;       // ... or arose on the device
-  std::uint32_t seen = 0;               // step in which it was last in the world
-  std::uint32_t integrated = 0;         // step in which it was last in the list of non-static rigid bodies
+  bool quarantined = false;        // NaN or infinity came from the application
+  bool deviceQuarantined = false;  // ... or arose on the device
+  std::uint32_t seen = 0;          // step in which it was last in the world
+  std::uint32_t integrated = 0;    // step in which it was last in the list of non-static rigid bodies
 };
 
-// Reads a Bullet world into a WorldInput: finds what came, went and changed by comparing with what the device knows.
-// The input's arrays always mirror the device's state.
+// Reads a Bullet world into a WorldInput: finds what came, went and changed by comparing with what the device
+// knows. The input's arrays always mirror the device's state.
 class WorldReader {
  public:
-  // Brings `input()` up to date. What the device can't do yet goes into `missing`; the input may then be incomplete,
-  // but the next read puts it right. Bodies put into quarantine go into `notes`.
+  // Brings `input()` up to date. What the device can't do yet goes into `missing`; the input may then be
+  // incomplete, but the next read puts it right. Bodies put into quarantine go into `notes`.
   void read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes);
 
   WorldInput& input() { return m_input; }
@@ -40,6 +40,10 @@ class WorldReader {
   bool isIntegrated(std::uint32_t slot) const { return m_slots[slot].integrated == m_step; }
   // Slot of an object that was in the world at the last read, or kNoSlot.
   std::uint32_t findSlot(const btCollisionObject* object) const { return m_index.find(object); }
+
+  // To be told of every object that is added to the world: one that left and came back between two reads is a
+  // new body.
+  void noteAdded(const btCollisionObject* object);
 
   // Takes the results of a step over into the mirror (before they are written to Bullet).
   void acceptResults(const StepResults& results);
@@ -51,14 +55,22 @@ class WorldReader {
   void findObjects(const btCollisionObjectArray& objects);
   void removeUnseen();
   void growTo(std::uint32_t slotCount);
-  void chooseRegion();
-  void readObject(btDiscreteDynamicsWorld& world, std::uint32_t slot, FallbackList& missing, FallbackList& notes);
+  struct Bounds {
+    double lower[3] = {1e300, 1e300, 1e300}, upper[3] = {-1e300, -1e300, -1e300};
+    bool empty() const { return lower[0] > upper[0]; }
+    double farthestFrom(const double (&origin)[3]) const;  // along an axis
+  };
+  void chooseRegion(FallbackList& missing);
+  Bounds boundsOfMoving() const;  // positions of the bodies that move
+  void readObject(btDiscreteDynamicsWorld& world, std::uint32_t slot, FallbackList& missing,
+                  FallbackList& notes);
   void sortChanges();
 
   IndexMap m_index;
   std::vector<BodySlot> m_slots;
-  std::vector<std::uint32_t> m_order;      // slot of each object, in the world's order
-  std::vector<std::uint32_t> m_newObjects; // positions in the world of objects without a slot yet
+  std::vector<std::uint32_t> m_order;       // slot of each object, in the world's order
+  std::vector<std::uint32_t> m_addedAgain;  // slots of objects that were added while they had one
+  std::vector<std::uint32_t> m_newObjects;  // positions in the world of objects without a slot yet
   ShapeReader m_shapes;
   WorldInput m_input;
   std::uint32_t m_step = 0;

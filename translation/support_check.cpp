@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "support_check.h"
 
+#include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 
@@ -12,13 +14,45 @@
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
-using AlgorithmTable =
-    btCollisionAlgorithmCreateFunc* (btCollisionDispatcher::*)[MAX_BROADPHASE_COLLISION_TYPES][MAX_BROADPHASE_COLLISION_TYPES];
+using AlgorithmTable = btCollisionAlgorithmCreateFunc* (
+    btCollisionDispatcher::*)[MAX_BROADPHASE_COLLISION_TYPES][MAX_BROADPHASE_COLLISION_TYPES];
 
 // The dispatcher's table of algorithms is protected; a derived class may name it.
 struct DispatcherTable : btCollisionDispatcher {
   static AlgorithmTable member() { return &DispatcherTable::m_doubleDispatchContactPoints; }
 };
+
+using PairCallback = btOverlappingPairCallback*;
+
+struct HashedCache : btHashedOverlappingPairCache {
+  static PairCallback btHashedOverlappingPairCache::*member() { return &HashedCache::m_ghostPairCallback; }
+};
+struct SortedCache : btSortedOverlappingPairCache {
+  static PairCallback btSortedOverlappingPairCache::*member() { return &SortedCache::m_ghostPairCallback; }
+};
+
+PairCallback pairCallbackOf(btOverlappingPairCache& cache) {
+  if (auto* hashed = dynamic_cast<btHashedOverlappingPairCache*>(&cache))
+    return hashed->*HashedCache::member();
+  if (auto* sorted = dynamic_cast<btSortedOverlappingPairCache*>(&cache))
+    return sorted->*SortedCache::member();
+  return nullptr;
+}
+
+const btOverlappingPairCallback* userCallbackOf(btBroadphaseInterface& broadphase) {
+  if (auto* sweep = dynamic_cast<btAxisSweep3Internal<unsigned short>*>(&broadphase)) {
+    return sweep->getOverlappingPairUserCallback();
+  }
+  if (auto* sweep = dynamic_cast<btAxisSweep3Internal<unsigned int>*>(&broadphase)) {
+    return sweep->getOverlappingPairUserCallback();
+  }
+  return nullptr;
+}
+
+// btGhostPairCallback only keeps the lists of ghost objects.
+bool mayChangeBodies(const btOverlappingPairCallback* callback) {
+  return callback && typeid(*callback) != typeid(btGhostPairCallback);
+}
 
 constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, STATIC_PLANE_PROXYTYPE};
 
@@ -52,6 +86,14 @@ void checkDispatcher(btDiscreteDynamicsWorld& world, FallbackList& missing) {
     missing.add("near callback", "set by the application");
   }
   if (!hasStockAlgorithms(stock)) missing.add("collision algorithm", "registered by the application");
+}
+
+void checkPairCache(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+  btOverlappingPairCache& cache = *world.getPairCache();
+  if (typeid(cache) != typeid(btHashedOverlappingPairCache) &&
+      typeid(cache) != typeid(btSortedOverlappingPairCache)) {
+    missing.add("pair cache", "not Bullet's own: it may keep pairs out that the device would collide");
+  }
 }
 
 void checkCallbacks(btDiscreteDynamicsWorld& world, FallbackList& missing) {
@@ -90,19 +132,27 @@ void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
 }  // namespace
 
 void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList& missing) {
-  if (!(timeStep > btScalar(0)) || !std::isfinite(double(timeStep))) missing.add("time step", "not a positive number");
+  if (!(timeStep > btScalar(0)) || !std::isfinite(double(timeStep)))
+    missing.add("time step", "not a positive number");
   if (world.getDispatchInfo().m_dispatchFunc != btDispatcherInfo::DISPATCH_DISCRETE) {
     missing.add("continuous dispatch", "not on the device");
   }
   checkDispatcher(world, missing);
+  checkPairCache(world, missing);
   checkCallbacks(world, missing);
   checkSolver(world, missing);
 }
 
-bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
-                 FallbackList& missing) {
+bool hasPairCallback(btDiscreteDynamicsWorld& world) {
+  return mayChangeBodies(pairCallbackOf(*world.getPairCache())) ||
+         mayChangeBodies(userCallbackOf(*world.getBroadphase()));
+}
+
+bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object,
+                 const btRigidBody* rigid, FallbackList& missing) {
   const int type = object.getInternalType();
-  const int known = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_GHOST_OBJECT;
+  const int known = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY |
+                    btCollisionObject::CO_GHOST_OBJECT;
   const char* what = nullptr;
   const char* reason = "not on the device yet";
   if (type & btCollisionObject::CO_SOFT_BODY) {
@@ -116,13 +166,16 @@ bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& 
     reason = "the stock path decides what to do with it";
   } else if (object.getCollisionFlags() & btCollisionObject::CF_HAS_FRICTION_ANCHOR) {
     what = "friction anchor";
-  } else if (gContactAddedCallback && (object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK)) {
+  } else if (gContactAddedCallback &&
+             (object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK)) {
     what = "gContactAddedCallback";
     reason = "called on the stock path only";
   } else if (object.getNumObjectsWithoutCollision() > 0) {
     what = "setIgnoreCollisionCheck";
-  } else if (rigid && !rigid->isStaticOrKinematicObject() && rigid->isActive() && world.getDispatchInfo().m_useContinuous &&
+  } else if (rigid && !rigid->isStaticOrKinematicObject() &&
+             rigid->getActivationState() != DISABLE_SIMULATION && world.getDispatchInfo().m_useContinuous &&
              rigid->getCcdSquareMotionThreshold() > btScalar(0)) {
+    // Also one that sleeps: it may be woken and thrown within the step.
     what = "continuous collision detection (CCD) of a body";
   }
   if (what) missing.add(what, reason);

@@ -7,12 +7,17 @@
 
 BTGPU_TRANSLATION_BEGIN
 
-// Adds to `missing` everything about the world itself that the device can't do yet: foreign solvers, dispatchers and
-// callbacks, joints, solver modes. Objects are checked while they are read (read_world.h).
+// Adds to `missing` everything about the world itself that the device can't do yet: foreign solvers,
+// dispatchers and callbacks, joints, solver modes. Objects are checked while they are read (read_world.h).
 void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList& missing);
 
-// The same for one object of the world; `rigid` is null for what is not a btRigidBody. True if it is supported.
-bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
-                 FallbackList& missing);
+// True if the application is told of pairs as they appear and go, by a callback that may change bodies: then
+// the host's pairs have to be found before the bodies are read.
+bool hasPairCallback(btDiscreteDynamicsWorld& world);
+
+// The same as checkWorld for one object of the world; `rigid` is null for what is not a btRigidBody. True if
+// it is supported.
+bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object,
+                 const btRigidBody* rigid, FallbackList& missing);
 
 BTGPU_TRANSLATION_END

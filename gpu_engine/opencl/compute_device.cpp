@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <mutex>
@@ -39,6 +40,17 @@ struct FoundDevice {
   DeviceDescription description;
 };
 
+// Kernels are OpenCL C 1.2; older drivers are passed over, so that one of them does not hide a good device.
+bool speaksOpenClC12(const std::string& version) {  // "OpenCL C 1.2 ..."
+  int major = 0, minor = 0;
+  return std::sscanf(version.c_str(), "OpenCL C %d.%d", &major, &minor) == 2 && (major > 1 || minor >= 2);
+}
+
+bool isUsable(const cl::Device& device) {
+  return device.getInfo<CL_DEVICE_AVAILABLE>() && device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>() &&
+         speaksOpenClC12(device.getInfo<CL_DEVICE_OPENCL_C_VERSION>());
+}
+
 int typeRank(const std::string& type) { return type == "gpu" ? 0 : type == "accelerator" ? 1 : 2; }
 
 FoundDevice describe(const cl::Platform& platform, const cl::Device& device) {
@@ -59,8 +71,8 @@ FoundDevice describe(const cl::Platform& platform, const cl::Device& device) {
   return found;
 }
 
-// Two threads that ask PoCL 3.1 for its devices for the first time at once get devices that crash or compute wrong
-// results later (tests/compat/worlds_on_threads_test.cpp), though the standard calls it safe.
+// Two threads that ask PoCL 3.1 for its devices for the first time at once get devices that crash or compute
+// wrong results later (tests/compat/worlds_on_threads_test.cpp), though the standard calls it safe.
 std::mutex& discoveryMutex() {
   static std::mutex mutex;
   return mutex;
@@ -82,9 +94,7 @@ std::vector<FoundDevice> findDevices() {
       continue;  // a platform without devices
     }
     for (const auto& device : devices) {
-      if (device.getInfo<CL_DEVICE_AVAILABLE>() && device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>()) {
-        found.push_back(describe(platform, device));
-      }
+      if (isUsable(device)) { found.push_back(describe(platform, device)); }
     }
   }
   std::stable_sort(found.begin(), found.end(), [](const FoundDevice& a, const FoundDevice& b) {
@@ -95,7 +105,8 @@ std::vector<FoundDevice> findDevices() {
 }
 
 bool isIndex(const std::string& text) {
-  return !text.empty() && text.size() < 6 && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
+  return !text.empty() && text.size() < 6 &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
 }
 
 const FoundDevice* choose(const std::vector<FoundDevice>& devices, const std::string& wanted) {
@@ -162,9 +173,7 @@ ComputeDevice::ComputeDevice(cl::Device device, DeviceDescription description, K
     : m_device(std::move(device)), m_description(std::move(description)), m_shape(shape) {
   try {
     m_context = cl::Context(m_device);
-  } catch (const cl::Error& e) {
-    throw makeOpenClError(e.err(), e.what(), m_description.name);
-  }
+  } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), m_description.name); }
   m_correctlyRounded =
       (m_device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
   m_programs = std::make_unique<ProgramCache>(*this);

@@ -15,9 +15,9 @@
 
 namespace btgpu {
 
-// A typed array on the device, as the paper has it: resizable like std::vector, with copies from and to the host
-// that wait only if asked. Growth is geometric. The host memory of a copy without wait must stay as it is until
-// the queue is finished.
+// A typed array on the device, as the paper has it: resizable like std::vector, with copies from and to the
+// host that wait only if asked. Growth is geometric. The host memory of a copy without wait must stay as it
+// is until the queue is finished.
 template <typename T>
 class DeviceArray {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -35,7 +35,8 @@ class DeviceArray {
   // Makes room for `wanted` elements; keeps the first size() ones. Throws OpenClError (out of memory).
   void reserve(Queue& queue, size_t wanted) {
     if (wanted <= m_capacity) return;
-    const size_t grown = std::max({wanted, m_capacity + m_capacity / 2, size_t{16}});
+    const size_t most = queue.device().description().largestAllocation / sizeof(T);
+    const size_t grown = std::max({wanted, std::min(m_capacity + m_capacity / 2, most), size_t{16}});
     const cl::Buffer larger = allocate(queue.device(), grown);
     queue.copy(m_buffer, larger, 0, 0, m_size * sizeof(T));
     m_buffer = larger;
@@ -59,7 +60,8 @@ class DeviceArray {
   }
 
   // Elements [first, first + count) from source[first ...].
-  void copyRangeFromHost(Queue& queue, const std::vector<T>& source, size_t first, size_t count, bool wait = true) {
+  void copyRangeFromHost(Queue& queue, const std::vector<T>& source, size_t first, size_t count,
+                         bool wait = true) {
     assert(first + count <= m_size && first + count <= source.size());
     queue.write(m_buffer, first * sizeof(T), count * sizeof(T), source.data() + first, wait);
   }
@@ -77,16 +79,16 @@ class DeviceArray {
 
  private:
   cl::Buffer allocate(const ComputeDevice& device, size_t count) const {
-    const auto what = [&] { return fmt::format("{}: {} elements, {} bytes", m_name, count, count * sizeof(T)); };
+    const auto what = [&] {
+      return fmt::format("{}: {} elements, {} bytes", m_name, count, count * sizeof(T));
+    };
     // NVIDIA's driver grants any size and fails at the first use.
     if (count > device.description().globalMemory / sizeof(T)) {
       throw OpenClError(OpenClError::Kind::OutOfMemory, "more than the device's memory for " + what());
     }
     try {
       return cl::Buffer(device.context(), CL_MEM_READ_WRITE, count * sizeof(T));
-    } catch (const cl::Error& e) {
-      throw makeOpenClError(e.err(), e.what(), what());
-    }
+    } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), what()); }
   }
 
   std::string m_name;

@@ -20,6 +20,7 @@ uint bitsFor(size_t count) {
 // The tree's shape depends on the number of bodies alone.
 void FindPairs::layoutTree(Queue& queue, size_t bodyCount) {
   if (m_treeBodies == bodyCount && !m_levels.empty()) return;
+  m_levels.clear();
   BvhLevels levels{};
   size_t size = bodyCount, first = 0;
   while (true) {
@@ -30,10 +31,11 @@ void FindPairs::layoutTree(Queue& queue, size_t bodyCount) {
     if (size <= 1) break;
     size = (size + BVH_ARITY - 1) / BVH_ARITY;
   }
-  m_treeBodies = bodyCount;
-  m_levels.assign(1, levels);
-  m_deviceLevels.copyFromHost(queue, m_levels, false);
   m_nodes.resize(queue, first);
+  m_deviceLevels.resize(queue, 1);
+  m_levels.assign(1, levels);  // from here on nothing throws for lack of memory
+  m_treeBodies = bodyCount;
+  m_deviceLevels.copyFromHost(queue, m_levels, false);
 }
 
 FindPairs::FindPairs(ComputeDevice& device)
@@ -59,8 +61,8 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   m_partialBounds.resize(queue, boundsGrid.groups());
   m_scene.resize(queue, 1);
   m_sceneBoundsPartial.launch(queue, boundsGrid, count, world.infos, world.aabbs, m_partialBounds);
-  m_sceneBoundsFinal.launch(queue, {boundsGrid.local, boundsGrid.local}, static_cast<uint>(boundsGrid.groups()),
-                            m_partialBounds, m_scene);
+  m_sceneBoundsFinal.launch(queue, {boundsGrid.local, boundsGrid.local},
+                            static_cast<uint>(boundsGrid.groups()), m_partialBounds, m_scene);
 
   m_mortonCodes.resize(queue, bodies);
   m_order.resize(queue, bodies);
@@ -75,9 +77,10 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   m_counts.resize(queue, bodies);
   m_countPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts);
   m_scan.exclusive(queue, {bodies}, m_counts, m_counts, world.pairCount);
-  m_checkPairs.launch(queue, {1, 1}, static_cast<uint>(world.capacities.pairs), world.pairCount, world.counters);
-  m_emitPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts, world.counters,
-                     world.keys);
+  m_checkPairs.launch(queue, {1, 1}, static_cast<uint>(world.capacities.pairs), world.pairCount,
+                      world.counters);
+  m_emitPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts,
+                     world.counters, world.keys);
   const uint bits = bitsFor(bodies);
   m_sort.keys(queue, {world.capacities.pairs, &world.pairCount}, world.keys, {{0, bits}, {32, bits}});
 }

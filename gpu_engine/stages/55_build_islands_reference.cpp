@@ -89,11 +89,13 @@ void wakeBy(const BodyInfo& waker, const BodyActivation& wakerActivation, const 
   activation.deactivationTime = 0.0f;
 }
 
-void wake(const std::vector<BodyInfo>& infos, const std::vector<Pair>& pairs,
-          std::vector<BodyActivation>& activations) {
-  for (const Pair& pair : pairs) {
+void wake(const StepParams& params, const std::vector<BodyInfo>& infos, const std::vector<Pair>& pairs,
+          const std::vector<Manifold>& manifolds, std::vector<BodyActivation>& activations) {
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    const Pair& pair = pairs[i];
     const uint a = pair.bodyA, b = pair.bodyB;
     if (!hasManifold(pair)) continue;
+    if ((params.flags & STEP_WAKE_BY_CONTACT) && manifolds[i].pointCount == 0) continue;
     wakeBy(infos[a], activations[a], infos[b], activations[b]);
     wakeBy(infos[b], activations[b], infos[a], activations[a]);
   }
@@ -103,7 +105,8 @@ bool canMove(const BodyStep& step) { return step.angularVelocity.w != 0.0f; }
 
 }  // namespace
 
-IslandsReference buildIslandsReference(const std::vector<BodyInfo>& infos, const std::vector<BodyStep>& steps,
+IslandsReference buildIslandsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
+                                       const std::vector<BodyStep>& steps,
                                        const std::vector<BodyActivation>& activations,
                                        const std::vector<Pair>& pairs,
                                        const std::vector<Manifold>& manifolds) {
@@ -111,7 +114,7 @@ IslandsReference buildIslandsReference(const std::vector<BodyInfo>& infos, const
   out.roots = findRoots(infos, pairs);
   out.activations = activations;
   decideSleep(infos, out.roots, out.activations);
-  wake(infos, pairs, out.activations);
+  wake(params, infos, pairs, manifolds, out.activations);
 
   std::vector<char> islandSolved(infos.size(), 0);  // by root
   for (uint i = 0; i < infos.size(); ++i) {

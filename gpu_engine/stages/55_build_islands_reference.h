@@ -7,6 +7,7 @@
 
 #include "../../kernels/shared/body.h"
 #include "../../kernels/shared/contact.h"
+#include "../../kernels/shared/step.h"
 
 namespace btgpu {
 
@@ -22,7 +23,8 @@ struct IslandsReference {
 // (btSimulationIslandManager::findUnions, ::buildIslands, ::processIslands). Bullet looks at the manifolds
 // one after the other while kinematic bodies wake others; here all wake first, so that nothing depends on an
 // order.
-IslandsReference buildIslandsReference(const std::vector<BodyInfo>& infos, const std::vector<BodyStep>& steps,
+IslandsReference buildIslandsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
+                                       const std::vector<BodyStep>& steps,
                                        const std::vector<BodyActivation>& activations,
                                        const std::vector<Pair>& pairs,
                                        const std::vector<Manifold>& manifolds);

@@ -144,7 +144,7 @@ void writeNormal(const Contact& c, bool solved, Writer out) {
     const double spring = dt * c.point.combinedStiffness;
     const double denominator = std::max(spring + c.point.combinedDamping, kEpsilon);
     cfm = 1 / denominator;
-    erp = spring / denominator;
+    erp = std::isinf(c.point.combinedStiffness) ? 1 : spring / denominator;
   }
   cfm /= dt;
   const Direction d(c.a, c.b, c.n, c.ra, c.rb);

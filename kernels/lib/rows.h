@@ -85,7 +85,7 @@ LIB NormalRow prepareNormal(StepParams s, RowBody a, RowBody b, ContactPoint p, 
     const float stiffness = s.timeStep * p.combinedStiffness;
     const float denominator = fmax(stiffness + p.combinedDamping, BTGPU_EPSILON);
     cfm = 1.0f / denominator;
-    erp = stiffness / denominator;
+    erp = stiffness <= 3.402823466e38f ? stiffness / denominator : 1.0f;  // infinitely stiff is hard (Bullet: NaN)
   }
   cfm *= inverseTimeStep;
 

@@ -19,6 +19,7 @@ BTGPU_BEGIN
 #define STEP_DISABLE_DEACTIVATION 0x100u  // gDisableDeactivation
 #define STEP_TORSION 0x200u               // some body has rolling friction
 #define STEP_HOST_ACTIVATION 0x400u       // actions may still change velocities: the host updates the timers
+#define STEP_WAKE_BY_CONTACT 0x800u       // btDispatcherInfo::m_deterministicOverlappingPairs: no wake without a contact
 
 STRUCT(StepParams) {
   float timeStep;

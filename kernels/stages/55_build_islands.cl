@@ -48,24 +48,28 @@ KERNEL islandInit(uint bodyCount, __global uint* parents, __global uint* islandF
   }
 }
 
-// Bullet: an awake kinematic body wakes what it may touch, that is every pair that has a manifold.
-static int wakes(BodyInfo body, int state, Pair pair) {
-  const int hasManifold = pair.bucket != BUCKET_NONE && (pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX);
-  return hasManifold && (body.flags & BODY_KINEMATIC) && !(body.flags & BODY_NO_RESPONSE) && state != STATE_SLEEPING;
+// Bullet: an awake kinematic body wakes what it may touch, that is every pair that has a manifold, with points or, as a
+// setting, only with them.
+static int mayTouch(Pair pair) {
+  return pair.bucket != BUCKET_NONE && (pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX);
+}
+static int wakes(BodyInfo body, int state) {
+  return (body.flags & BODY_KINEMATIC) && !(body.flags & BODY_NO_RESPONSE) && state != STATE_SLEEPING;
 }
 
-KERNEL islandUnite(uint pairCapacity, __global const StepCounters* counters, __global const Pair* pairs,
-                   __global const BodyInfo* infos, __global const BodyActivation* activations,
+KERNEL islandUnite(uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
+                   __global const Pair* pairs, __global const Manifold* manifolds, __global const BodyInfo* infos, __global const BodyActivation* activations,
                    volatile __global uint* parents, volatile __global uint* wake) {
   RETURN_ON_OVERFLOW(counters);
+  const int byContact = (params->flags & STEP_WAKE_BY_CONTACT) != 0;
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     const Pair pair = pairs[i];
     const BodyInfo a = infos[pair.bodyA], b = infos[pair.bodyB];
     if (mergesIslands(a.flags) && mergesIslands(b.flags)) {
       unite(parents, pair.bodyA, pair.bodyB);
-    } else {
-      if (wakes(a, activations[pair.bodyA].state, pair)) atomic_or(&wake[pair.bodyB], 1u);
-      if (wakes(b, activations[pair.bodyB].state, pair)) atomic_or(&wake[pair.bodyA], 1u);
+    } else if (mayTouch(pair) && !(byContact && manifolds[i].pointCount == 0)) {
+      if (wakes(a, activations[pair.bodyA].state)) atomic_or(&wake[pair.bodyB], 1u);
+      if (wakes(b, activations[pair.bodyB].state)) atomic_or(&wake[pair.bodyA], 1u);
     }
   }
 }

@@ -394,6 +394,23 @@ TEST(NormalRow, NoStiffnessAtAll) {
   EXPECT_TRUE(std::isfinite(row.cfm));
 }
 
+// The limit of ever stiffer contacts, where Bullet's formula gives NaN.
+TEST(NormalRow, InfiniteStiffnessIsHard) {
+  Random random(5);
+  Scene s = makeScene(random, 2);
+  s.point.flags |= POINT_STIFFNESS_DAMPING;
+  s.point.localPointA.w = -0.01f;
+  s.point.combinedDamping = 3;
+  s.point.combinedStiffness = 1e30f;
+  const NormalRow stiff = prepareNormal(s.params, s.a, s.b, s.point, s.ra, s.rb);
+  s.point.combinedStiffness = std::numeric_limits<float>::infinity();
+  const NormalRow hard = prepareNormal(s.params, s.a, s.b, s.point, s.ra, s.rb);
+  EXPECT_FLOAT_EQ(hard.jac, stiff.jac);
+  EXPECT_FLOAT_EQ(hard.rhs, stiff.rhs);
+  EXPECT_FLOAT_EQ(hard.pushRhs, stiff.pushRhs);
+  EXPECT_EQ(hard.cfm, 0);
+}
+
 // ---- friction and torsion
 // ------------------------------------------------------------------------------------
 

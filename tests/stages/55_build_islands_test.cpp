@@ -24,6 +24,7 @@ struct IslandScene {
   std::vector<BodyStep> steps;
   std::vector<Pair> pairs;
   std::vector<Manifold> manifolds;
+  StepSettings settings;
 
   explicit IslandScene(uint bodies, int state = STATE_ACTIVE) {
     const int shape = builder.sphere(1);
@@ -65,7 +66,7 @@ class BuildIslandsTest : public DeviceTest {
     room.pairs = scene.pairs.size() + spare;
     room.slots = BTGPU_LANES;
     if (room.pairs == 0) room.pairs = 1;
-    StageBench bench(queue(), scene.builder.finish(), {}, room);
+    StageBench bench(queue(), scene.builder.finish(), scene.settings, room);
     DeviceWorld& world = bench.world();
     bench.setPairs(scene.pairs);
     bench.setManifolds(scene.manifolds);
@@ -93,8 +94,8 @@ class BuildIslandsTest : public DeviceTest {
 
   static IslandsReference reference(const IslandScene& scene) {
     const WorldInput in = scene.builder.finish();
-    return buildIslandsReference(in.infos.values, scene.steps, in.activations.values, scene.pairs,
-                                 scene.manifolds);
+    return buildIslandsReference(stepParamsOf(scene.settings, {}, false), in.infos.values, scene.steps,
+                                 in.activations.values, scene.pairs, scene.manifolds);
   }
 
   IslandResult expectAsReference(const IslandScene& scene, size_t spare = 0) {
@@ -248,6 +249,21 @@ TEST_F(BuildIslandsTest, KinematicWakesSmall) {
       EXPECT_EQ(result.activations[2].state, STATE_SLEEPING) << "only what it touches, case " << c;
       // Its island is solved, with the manifold to the body that still sleeps.
       EXPECT_EQ(result.constraints.size(), cases[c].wakes ? 1u : 0u) << "case " << c;
+    }
+  }
+}
+
+// btDispatcherInfo::m_deterministicOverlappingPairs: a manifold without points wakes nobody.
+TEST_F(BuildIslandsTest, KinematicWakesByContactSmall) {
+  for (const bool byContact : {false, true}) {
+    for (const int points : {0, 1}) {
+      IslandScene scene(2, STATE_SLEEPING);
+      scene.settings.wakeByContact = byContact;
+      scene.setFlags(0, BODY_KINEMATIC);
+      scene.activation(0).state = STATE_ACTIVE;
+      scene.touch(0, 1, points);
+      const auto result = expectAsReference(scene);
+      EXPECT_EQ(result.activations[1].state, byContact && points == 0 ? STATE_SLEEPING : STATE_ACTIVE);
     }
   }
 }

@@ -41,6 +41,7 @@ StepParams stepParamsOf(const StepSettings& s, const Capacities& c, bool torsion
   flag(s.disableDeactivation, STEP_DISABLE_DEACTIVATION);
   flag(torsionRows, STEP_TORSION);
   flag(s.hostActivation, STEP_HOST_ACTIVATION);
+  flag(s.wakeByContact, STEP_WAKE_BY_CONTACT);
   p.timeStep = s.timeStep;
   p.erp2 = s.erp2;
   p.globalCfm = s.globalCfm;

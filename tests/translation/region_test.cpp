@@ -64,15 +64,40 @@ TEST(Region, ChosenWhenTheFirstMovingBodiesCome) {
   EXPECT_EQ(w.step().at("poses"), (Slots{0, 1}));
   expectOrigin(w, std::round(1e6 / kGrid) * kGrid, 0, 0);
   EXPECT_EQ(w.device.poses.values[1].position.x - w.device.poses.values[0].position.x, 0.125f);
-  // Once and for all: what comes later may be anywhere.
-  moving->getWorldTransform().setOrigin(btVector3(0, 0, 0));
-  w.add(1, box, btVector3(s(-1e7), 0, 0));
+  // What stays within the region moves nothing; the level may be anywhere.
+  moving->getWorldTransform().setOrigin(btVector3(s(1e6 + 8000), 0, 0));
+  w.add(0, box, btVector3(s(-1e7), 0, 0));
   EXPECT_EQ(w.step().at("poses"), (Slots{1, 2}));
   expectOrigin(w, std::round(1e6 / kGrid) * kGrid, 0, 0);
   w.reader.clear();
   w.device = WorldInput();
   w.step();
-  expectOrigin(w, std::round(-5e6 / kGrid) * kGrid, 0, 0);
+  expectOrigin(w, std::round((1e6 + 8000) / kGrid) * kGrid, 0, 0);
+}
+
+// A body that leaves the region takes it along.
+TEST(Region, FollowsTheBodies) {
+  FarBodies w(0);
+  w.step();
+  for (btRigidBody* body : w.bodies) body->getWorldTransform().getOrigin() += btVector3(s(1e6), 0, 0);
+  EXPECT_EQ(w.step().at("poses"), (Slots{0, 1, 2, 3, 4}));
+  expectOrigin(w, std::round(1e6 / kGrid) * kGrid, 0, 0);
+  EXPECT_EQ(w.step(), Upload{});
+}
+
+// Farther apart than a region is wide: not for the device, and said by name; together again they are.
+TEST(Region, BodiesFarApart) {
+  FarBodies w(0);
+  w.step();
+  EXPECT_TRUE(w.missing.empty());
+  w.bodies[3]->getWorldTransform().setOrigin(btVector3(s(2e4), 0, 0));
+  w.read();
+  ASSERT_EQ(w.missing.entries().size(), 1u);
+  EXPECT_EQ(w.missing.entries()[0].what, "bodies far apart");
+  w.bodies[3]->getWorldTransform().setOrigin(btVector3(s(1e4), 0, 0));
+  w.step();
+  EXPECT_TRUE(w.missing.empty());
+  expectOrigin(w, std::round(5e3 / kGrid) * kGrid, 0, 0);
 }
 
 TEST(Region, BodiesThatAreNotFiniteDoNotCount) {

@@ -84,6 +84,19 @@ TEST(Slots, RemovedAndAddedAgainBetweenStepsIsANewBody) {
   EXPECT_EQ(w.slot(w.bodies[1]), 1u);
 }
 
+// Broadphases that hand out the same id again (sweep and prune) do not tell; the world does.
+TEST(Slots, NotedAsAddedIsANewBody) {
+  FourBodies w;
+  w.reader.noteAdded(w.bodies[2]);
+  EXPECT_EQ(w.step(), (Upload{{"born", {2}}}));
+  EXPECT_EQ(w.step(), Upload{});
+  w.reader.noteAdded(w.make(1, w.bodies[0]->getCollisionShape(), btVector3(0, 0, 0)));  // not known yet
+  EXPECT_EQ(w.step(), Upload{});
+  w.reader.noteAdded(w.bodies[3]);  // and gone again before the step
+  w.world.removeRigidBody(w.bodies[3]);
+  EXPECT_EQ(w.step(), (Upload{{"infos", {3}}}));
+}
+
 // Allocators like to give the same address again.
 TEST(Slots, AnotherBodyAtTheSameAddress) {
   FourBodies w;
