@@ -14,9 +14,11 @@ case "$mode" in
   *) echo "test: unknown option $mode; see the head of scripts/test.sh" >&2; exit 2 ;;
 esac
 
-build() {  # PRESET
-  [ -f "build/$1/build.ninja" ] || cmake --preset "$1" || return 1
-  cmake --build "build/$1"
+build() {  # PRESET [TARGET...]
+  local preset=$1
+  shift
+  [ -f "build/$preset/build.ninja" ] || cmake --preset "$preset" || return 1
+  cmake --build "build/$preset" ${1:+--target} "$@"
 }
 
 run_short() {
@@ -44,7 +46,7 @@ item_sanitizers() {
     ctest --test-dir build/asan-ubsan --output-on-failure --label-exclude 'long|oclgrind'
 }
 item_threads() {
-  build tsan
+  build tsan btgpu_engine test_compat_worlds_on_threads test_compat_worlds_on_threads.float64
   # PoCL's own threads are not instrumented: races are looked for where only our threads run.
   TSAN_OPTIONS="halt_on_error=1 suppressions=$PWD/tests/support/tsan.supp" \
     ctest --test-dir build/tsan --output-on-failure --label-regex threads

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Zlib
+# SPDX-FileCopyrightText: 2026 The btgpu authors
+# Measures a build on the machine at hand; what it prints is kept in benchmarks/results.
+#   benchmarks/measure.sh [--tests] [BUILD_DIR]     (default build/ci)
+# --tests runs the device's tests first: for machines that CI does not have. The device is chosen as ever
+# (BTGPU_DEVICE, BTGPU_KERNEL_SHAPE).
+set -uo pipefail
+cd "$(dirname "$0")/.."
+
+tests=no
+if [ "${1:-}" = --tests ]; then tests=yes; shift; fi
+build=${1:-build/ci}
+tool=$build/bin/btgpu
+[ -x "$tool" ] || { echo "measure: no $tool: build first, or name the build folder" >&2; exit 2; }
+
+echo "$(date +%F), $(lscpu | sed -n 's/^Model name: *//p'), $(nproc) cores"
+"$tool" info
+
+if [ $tests = yes ]; then
+  echo "== tests"
+  for test in "$build"/tests/test_{primitives,opencl,regression,stages,capacity,determinism,physics,compat}_*; do
+    case $test in *startup*|*float64) continue ;; esac
+    log=$("$test" --gtest_brief=1 2>&1) && result=passed || result=FAILED
+    printf '%-45s %s, %s\n' "$(basename "$test")" $result "$(grep -oE '[0-9]+ tests? from' <<<"$log" | tail -1 | cut -d' ' -f1) tests"
+    [ $result = passed ] || grep -A6 Failure <<<"$log" | cut -c1-300 | head -20
+  done
+fi
+
+echo "== start-up: to the end of a world's first step, caches empty and full"
+caches=$(mktemp -d)
+trap 'rm -rf "$caches"' EXIT
+for state in cold warm; do
+  echo "$state $(BTGPU_CACHE_DIR=$caches/btgpu POCL_CACHE_DIR=$caches/pocl CUDA_CACHE_PATH=$caches/cuda \
+    "$build/tests/startup_app" | sed -n 's/^firstStepSeconds //p') s"
+done
+
+for arguments in "stack --size 8,8,8 --steps 300" "stack --size 16,16,16 --steps 300" "stack --size 32,32,32 --steps 60"; do
+  echo "== btgpu compare $arguments --hash --profile"
+  # shellcheck disable=SC2086
+  "$tool" compare $arguments --hash --profile
+  echo "exit $?"
+done
