@@ -144,8 +144,7 @@ const char* btGpuDynamicsWorld::overriddenStage() const {
   const auto differs = [&](auto member) { return entryOf(own, member) != entryOf(actual, member); };
   if (differs(&btGpuDynamicsWorld::predictUnconstraintMotion)) return "predictUnconstraintMotion";
   if (differs(&btGpuDynamicsWorld::createPredictiveContacts)) return "createPredictiveContacts";
-  if (differs(&btGpuDynamicsWorld::performDiscreteCollisionDetection))
-    return "performDiscreteCollisionDetection";
+  if (differs(&btGpuDynamicsWorld::performDiscreteCollisionDetection)) return "performDiscreteCollisionDetection";
   if (differs(&btGpuDynamicsWorld::calculateSimulationIslands)) return "calculateSimulationIslands";
   if (differs(&btGpuDynamicsWorld::solveConstraints)) return "solveConstraints";
   if (differs(&btGpuDynamicsWorld::integrateTransforms)) return "integrateTransforms";
@@ -160,8 +159,7 @@ btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInt
 
 btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
                                        btConstraintSolver* constraintSolver,
-                                       btCollisionConfiguration* collisionConfiguration,
-                                       const btGpuSettings& settings)
+                                       btCollisionConfiguration* collisionConfiguration, const btGpuSettings& settings)
     : btDiscreteDynamicsWorld(dispatcher, pairCache, constraintSolver, collisionConfiguration) {
   btgpu::replaceState(this, settings)->ownTable = tableOf(this);
 }
@@ -224,11 +222,9 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   const auto state = btgpu::findState(this);
   btgpu::FallbackList missing;
   if (state->settings.m_stockOnly) missing.add("device", "turned off by setting");
-  if (const char* stage = overriddenStage())
-    missing.add("world", std::string("its class overrides ") + stage);
+  if (const char* stage = overriddenStage()) missing.add("world", std::string("its class overrides ") + stage);
   btgpu::checkWorld(*this, timeStep, missing);
-  const bool hostPairsFirst =
-      missing.empty() && state->settings.m_hostQueries && btgpu::hasPairCallback(*this);
+  const bool hostPairsFirst = missing.empty() && state->settings.m_hostQueries && btgpu::hasPairCallback(*this);
   if (hostPairsFirst) updateHostBroadphase(timeStep);
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);

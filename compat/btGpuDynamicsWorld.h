@@ -64,8 +64,7 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
   btGpuDynamicsWorld(btDispatcher * dispatcher, btBroadphaseInterface * pairCache,
-                     btConstraintSolver * constraintSolver,
-                     btCollisionConfiguration * collisionConfiguration);
+                     btConstraintSolver * constraintSolver, btCollisionConfiguration * collisionConfiguration);
   btGpuDynamicsWorld(btDispatcher * dispatcher, btBroadphaseInterface * pairCache,
                      btConstraintSolver * constraintSolver, btCollisionConfiguration * collisionConfiguration,
                      const btGpuSettings& settings);

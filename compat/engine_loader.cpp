@@ -12,8 +12,7 @@ namespace {
 
 constexpr const char* kPluginName = "libbtgpu_engine.so";
 constexpr const char* kInstall = "; install ocl-icd-libopencl1 and a driver such as pocl-opencl-icd";
-constexpr const char* kOtherVersion =
-    "the engine plugin is of another version of btgpu; install both of one version";
+constexpr const char* kOtherVersion = "the engine plugin is of another version of btgpu; install both of one version";
 
 struct Plugin {
   EngineFactory createEngine = nullptr;

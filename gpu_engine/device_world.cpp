@@ -56,8 +56,7 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   const auto resizeAll = [&queue](size_t size, auto&... arrays) {
     (arrays.resize(queue, std::max(size, arrays.size())), ...);
   };
-  resizeAll(c.bodies, born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies,
-            solverMasses);
+  resizeAll(c.bodies, born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
   resizeAll(c.pairs, keys, pairs, items, contacts, manifolds, constraints, oldKeys, oldManifolds);
   resizeAll(1, pairCount, oldPairCount, constraintCount, params, counters);
   resizeAll(BUCKET_COUNT + 1, bucketFirst);
@@ -105,8 +104,7 @@ void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bor
   oldAabbs.resize(queue, std::max(oldAabbs.size(), bodyCount));
   if (bodyCount > oldCount) {
     m_noAabbs.assign(bodyCount - oldCount, kNoAabb);
-    queue.write(oldAabbs.buffer(), oldCount * sizeof(Aabb), m_noAabbs.size() * sizeof(Aabb), m_noAabbs.data(),
-                false);
+    queue.write(oldAabbs.buffer(), oldCount * sizeof(Aabb), m_noAabbs.size() * sizeof(Aabb), m_noAabbs.data(), false);
   }
   for (const std::uint32_t i : bornNow) {
     if (i < oldCount) queue.write(oldAabbs.buffer(), i * sizeof(Aabb), sizeof(Aabb), &kNoAabb, false);

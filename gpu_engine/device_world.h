@@ -41,32 +41,31 @@ struct DeviceWorld {
 
   // ---- one step; length bodies
   // -------------------------------------------------------------------------------
-  DeviceArray<uint> born{
-      "born"};  // host: 1 where the slot's body is newer than the manifolds of the last step
-  DeviceArray<BodyStep> steps{"steps"};                             // stage 10
-  DeviceArray<Aabb> aabbs{"aabbs"};                                 // stage 20
+  DeviceArray<uint> born{"born"};        // host: 1 where the slot's body is newer than the manifolds of the last step
+  DeviceArray<BodyStep> steps{"steps"};  // stage 10
+  DeviceArray<Aabb> aabbs{"aabbs"};      // stage 20
   DeviceArray<BodyActivation> stepActivations{"step activations"};  // stages 20 and 55
-  DeviceArray<uint> roots{"island roots"};                // stage 55: lowest body index of the island
-  DeviceArray<uint> islandFlags{"island flags"};          // stage 55, at the roots
-  DeviceArray<uint> solved{"solved"};                     // stage 55: 1 where the solver writes the body back
-  DeviceArray<SolverBody> solverBodies{"solver bodies"};  // stages 65 and 70
-  DeviceArray<SolverMass> solverMasses{"solver masses"};  // stage 65
+  DeviceArray<uint> roots{"island roots"};                          // stage 55: lowest body index of the island
+  DeviceArray<uint> islandFlags{"island flags"};                    // stage 55, at the roots
+  DeviceArray<uint> solved{"solved"};                               // stage 55: 1 where the solver writes the body back
+  DeviceArray<SolverBody> solverBodies{"solver bodies"};            // stages 65 and 70
+  DeviceArray<SolverMass> solverMasses{"solver masses"};            // stage 65
 
   // ---- one step; length pairs
   // --------------------------------------------------------------------------------
-  DeviceArray<ulong> keys{"pair keys"};                     // stage 30, sorted
-  DeviceArray<uint> pairCount{"pair count"};                // 1; stage 30; may exceed the capacity
-  DeviceArray<Pair> pairs{"pairs"};                         // stage 35
-  DeviceArray<uint> items{"pair items"};                    // stage 35: pair indices bucket by bucket
-  DeviceArray<uint> bucketFirst{"bucket starts"};           // BUCKET_COUNT + 1; stage 35
-  DeviceArray<RawContacts> contacts{"contact candidates"};  // stages 42, 44 and 46
-  DeviceArray<SeparatingAxis> axes{"separating axes"};      // stage 44; by position in the box-box bucket
-  DeviceArray<uint> overlapping{"overlapping box pairs"};   // stage 44: positions in the bucket, ascending
+  DeviceArray<ulong> keys{"pair keys"};                          // stage 30, sorted
+  DeviceArray<uint> pairCount{"pair count"};                     // 1; stage 30; may exceed the capacity
+  DeviceArray<Pair> pairs{"pairs"};                              // stage 35
+  DeviceArray<uint> items{"pair items"};                         // stage 35: pair indices bucket by bucket
+  DeviceArray<uint> bucketFirst{"bucket starts"};                // BUCKET_COUNT + 1; stage 35
+  DeviceArray<RawContacts> contacts{"contact candidates"};       // stages 42, 44 and 46
+  DeviceArray<SeparatingAxis> axes{"separating axes"};           // stage 44; by position in the box-box bucket
+  DeviceArray<uint> overlapping{"overlapping box pairs"};        // stage 44: positions in the bucket, ascending
   DeviceArray<uint> overlapCount{"overlapping box pair count"};  // 1; stage 44
   DeviceArray<Manifold> manifolds{"manifolds"};                  // stages 48, 65 and 70
   DeviceArray<Manifold> matchedManifolds{"matched manifolds"};   // copy after stage 48, if wanted
-  DeviceArray<uint> constraints{"constraints"};           // stage 55: manifolds that are solved, ascending
-  DeviceArray<uint> constraintCount{"constraint count"};  // 1; stage 55
+  DeviceArray<uint> constraints{"constraints"};                  // stage 55: manifolds that are solved, ascending
+  DeviceArray<uint> constraintCount{"constraint count"};         // 1; stage 55
 
   // ---- one step; length slots, in blocks of BTGPU_LANES
   // -------------------------------------------------------
@@ -101,8 +100,7 @@ struct DeviceWorld {
 
  private:
   void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
-  void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem,
-                  size_t oldCount);
+  void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem, size_t oldCount);
 
   // Host copies of uploads that may still be pending.
   std::vector<uint> m_bornFlags, m_count;

@@ -30,8 +30,8 @@ enum class Status {
 };
 
 struct EngineSettings {
-  std::string device;     // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
-  bool profile = false;   // time each stage (slows the step)
+  std::string device;    // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
+  bool profile = false;  // time each stage (slows the step)
   size_t bodyCapacity = 0, pairCapacity = 0;  // room to start with; grown as needed
 };
 
@@ -75,7 +75,8 @@ class Engine {
 };
 
 // Creates an engine; on failure returns null, sets *status and writes one line into error[0, errorSize).
-using EngineFactory = Engine* (*)(int abi, const EngineSettings* settings, Status* status, char* error, size_t errorSize);
+using EngineFactory = Engine* (*)(int abi, const EngineSettings* settings, Status* status, char* error,
+                                  size_t errorSize);
 // All devices in the order of their indices.
 using DeviceLister = Status (*)(int abi, std::vector<EngineInfo>* devices);
 

@@ -22,21 +22,21 @@ Pipeline::Pipeline(ComputeDevice& device)
 
 void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits) {
   const bool boxes = traits.shapeTypes >> SHAPE_BOX & 1u;
-  m_applyForces.enqueue(queue, world);                                 // 10
-  m_updateAabbs.enqueue(queue, world);                                 // 20
-  m_findPairs.enqueue(queue, world);                                   // 30
-  m_groupPairs.enqueue(queue, world);                                  // 35
-  m_collidePrimitives.enqueue(queue, world, traits.shapeTypes);        // 42
-  if (boxes) m_findSeparatingAxis.enqueue(queue, world);               // 44
-  if (boxes) m_clipFaces.enqueue(queue, world);                        // 46
-  m_reduceAndMatchContacts.enqueue(queue, world);                      // 48
+  m_applyForces.enqueue(queue, world);                           // 10
+  m_updateAabbs.enqueue(queue, world);                           // 20
+  m_findPairs.enqueue(queue, world);                             // 30
+  m_groupPairs.enqueue(queue, world);                            // 35
+  m_collidePrimitives.enqueue(queue, world, traits.shapeTypes);  // 42
+  if (boxes) m_findSeparatingAxis.enqueue(queue, world);         // 44
+  if (boxes) m_clipFaces.enqueue(queue, world);                  // 46
+  m_reduceAndMatchContacts.enqueue(queue, world);                // 48
   if (settings.keepContacts) world.keepMatchedManifolds(queue);
-  m_buildIslands.enqueue(queue, world);                                // 55
-  m_colourConstraints.enqueue(queue, world);                           // 60
-  m_prepareContacts.enqueue(queue, world);                             // 65
+  m_buildIslands.enqueue(queue, world);                                   // 55
+  m_colourConstraints.enqueue(queue, world);                              // 60
+  m_prepareContacts.enqueue(queue, world);                                // 65
   m_solveVelocities.enqueue(queue, world, settings, traits.torsionRows);  // 70
-  m_integratePoses.enqueue(queue, world);                              // 80
-  m_updateActivation.enqueue(queue, world);                            // 90
+  m_integratePoses.enqueue(queue, world);                                 // 80
+  m_updateActivation.enqueue(queue, world);                               // 90
 }
 
 }  // namespace btgpu

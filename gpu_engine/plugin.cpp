@@ -13,10 +13,14 @@ namespace {
 
 Status statusOf(OpenClError::Kind kind) {
   switch (kind) {
-    case OpenClError::Kind::NoDevice: return Status::NoDevice;
-    case OpenClError::Kind::OutOfMemory: return Status::OutOfMemory;
-    case OpenClError::Kind::Build: return Status::BuildFailed;
-    case OpenClError::Kind::General: break;
+    case OpenClError::Kind::NoDevice:
+      return Status::NoDevice;
+    case OpenClError::Kind::OutOfMemory:
+      return Status::OutOfMemory;
+    case OpenClError::Kind::Build:
+      return Status::BuildFailed;
+    case OpenClError::Kind::General:
+      break;
   }
   return Status::DeviceFailed;
 }

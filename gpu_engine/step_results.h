@@ -17,8 +17,7 @@ struct StepResults {
   std::vector<BodyPose> poses;  // relative to the region origin
   std::vector<BodyVelocity> velocities;
   std::vector<BodyActivation> activations;
-  std::vector<std::uint32_t>
-      quarantined;  // not empty if a body came out not finite: all in quarantine, ascending
+  std::vector<std::uint32_t> quarantined;  // not empty if a body came out not finite: all in quarantine, ascending
 
   // With StepSettings::keepContacts: one manifold a pair that overlaps, in the order of the pairs.
   std::vector<Manifold> matchedManifolds;  // as the solver got them, impulses of the last step

@@ -28,8 +28,7 @@ struct StepSettings {
   bool forceUpdateAllAabbs = true;            // btCollisionWorld::getForceUpdateAllAabbs
   bool wakeByContact = false;   // m_deterministicOverlappingPairs: kinematic bodies wake only what they touch
   bool hostActivation = false;  // the host advances the sleep timers after the step (a world with actions)
-  bool keepContacts =
-      false;  // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
+  bool keepContacts = false;    // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
 };
 
 }  // namespace btgpu

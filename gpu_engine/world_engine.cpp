@@ -24,9 +24,9 @@ size_t withSpare(uint needed) { return size_t{needed} + needed / 4; }
 StepParams makeParams(const StepSettings& s, const Capacities& c, bool torsionRows) {
   StepParams p{};
   p.timeStep = s.timeStep;
-  p.flags = (s.useContinuous ? STEP_USE_CONTINUOUS : 0u) |
-            (s.forceUpdateAllAabbs ? STEP_FORCE_ALL_AABBS : 0u) | (s.splitImpulse ? STEP_SPLIT_IMPULSE : 0u) |
-            (s.warmStarting ? STEP_WARM_START : 0u) | (s.twoFrictionDirections ? STEP_TWO_FRICTION : 0u) |
+  p.flags = (s.useContinuous ? STEP_USE_CONTINUOUS : 0u) | (s.forceUpdateAllAabbs ? STEP_FORCE_ALL_AABBS : 0u) |
+            (s.splitImpulse ? STEP_SPLIT_IMPULSE : 0u) | (s.warmStarting ? STEP_WARM_START : 0u) |
+            (s.twoFrictionDirections ? STEP_TWO_FRICTION : 0u) |
             (s.frictionDirectionCaching ? STEP_FRICTION_CACHING : 0u) |
             (s.velocityDependentFriction ? 0u : STEP_NO_VELOCITY_FRICTION) |
             (s.interleaveContactAndFriction ? STEP_INTERLEAVE : 0u) |
@@ -125,8 +125,7 @@ void WorldEngine::enqueueReads(StepResults& results) {
   results.activations.resize(n);
   m_queue.read(m_world->poses.buffer(), 0, n * sizeof(BodyPose), results.poses.data(), false);
   m_queue.read(m_world->velocities.buffer(), 0, n * sizeof(BodyVelocity), results.velocities.data(), false);
-  m_queue.read(m_world->activations.buffer(), 0, n * sizeof(BodyActivation), results.activations.data(),
-               false);
+  m_queue.read(m_world->activations.buffer(), 0, n * sizeof(BodyActivation), results.activations.data(), false);
   m_queue.read(m_world->counters.buffer(), 0, sizeof(StepCounters), &results.counters, false);
 }
 
@@ -162,8 +161,7 @@ void WorldEngine::readContacts(StepResults& results) {
   const size_t pairs = results.counters.pairCount;
   results.matchedManifolds.resize(pairs);
   results.manifolds.resize(pairs);
-  m_queue.read(m_world->matchedManifolds.buffer(), 0, pairs * sizeof(Manifold),
-               results.matchedManifolds.data(), true);
+  m_queue.read(m_world->matchedManifolds.buffer(), 0, pairs * sizeof(Manifold), results.matchedManifolds.data(), true);
   m_queue.read(m_world->manifolds.buffer(), 0, pairs * sizeof(Manifold), results.manifolds.data(), true);
 }
 
@@ -171,8 +169,7 @@ void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
   manifolds.clear();
   if (m_world->oldPairCount.empty()) return;
   manifolds.resize(m_world->oldPairCount.toVector(m_queue).front());
-  m_queue.read(m_world->oldManifolds.buffer(), 0, manifolds.size() * sizeof(Manifold), manifolds.data(),
-               true);
+  m_queue.read(m_world->oldManifolds.buffer(), 0, manifolds.size() * sizeof(Manifold), manifolds.data(), true);
 }
 
 // True if the step has to be repeated.
@@ -196,8 +193,7 @@ bool WorldEngine::growAfterOverflow(const StepCounters& counters) {
 // a step does not depend on them.
 void WorldEngine::adaptLaunches(const StepCounters& counters) {
   Capacities& c = m_world->capacities;
-  c.colourLaunches =
-      std::min<uint>(COLOUR_LIMIT, approach(c.colourLaunches, counters.colourCount + kSpareColours));
+  c.colourLaunches = std::min<uint>(COLOUR_LIMIT, approach(c.colourLaunches, counters.colourCount + kSpareColours));
   c.colourRounds = approach(c.colourRounds, counters.colourRounds + kSpareRounds);
   c.serialLaunched = counters.serialCount > 0;
 }

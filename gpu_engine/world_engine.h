@@ -43,7 +43,7 @@ class WorldEngine {
   std::unique_ptr<DeviceWorld> m_world;
   WorldTraits m_traits;
   StepSettings m_settings;
-  std::vector<StepParams> m_params;      // host side of the upload
+  std::vector<StepParams> m_params;  // host side of the upload
   std::vector<StepCounters> m_counters;
   int m_launchesBefore = 0, m_waitsBefore = 0;
 };

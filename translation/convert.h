@@ -30,7 +30,8 @@ inline BodyPose toPose(const btTransform& transform, const double (&origin)[3]) 
 }
 inline btTransform toTransform(const BodyPose& pose, const double (&origin)[3]) {
   const float4& q = pose.orientation;
-  return btTransform(btQuaternion(btScalar(q.x), btScalar(q.y), btScalar(q.z), btScalar(q.w)), toWorld(pose.position, origin));
+  return btTransform(btQuaternion(btScalar(q.x), btScalar(q.y), btScalar(q.z), btScalar(q.w)),
+                     toWorld(pose.position, origin));
 }
 
 BTGPU_TRANSLATION_END

@@ -13,11 +13,11 @@ struct ExposeMember {
   friend typename Tag::Type memberPointer(Tag) { return Member; }
 };
 
-#define BTGPU_EXPOSE(Name, MemberType, Member)              \
-  struct Name {                                             \
-    using Type = MemberType btRigidBody::*;                 \
-    friend Type memberPointer(Name);                        \
-  };                                                        \
+#define BTGPU_EXPOSE(Name, MemberType, Member) \
+  struct Name {                                \
+    using Type = MemberType btRigidBody::*;    \
+    friend Type memberPointer(Name);           \
+  };                                           \
   template struct ExposeMember<Name, &btRigidBody::Member>;
 
 BTGPU_EXPOSE(AdditionalDamping, bool, m_additionalDamping)

@@ -18,7 +18,8 @@ uint flagsOf(const btCollisionObject& object, const btRigidBody* rigid, bool int
   if (flags & btCollisionObject::CF_NO_CONTACT_RESPONSE) out |= BODY_NO_RESPONSE;
   if (flags & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING) out |= BODY_STIFFNESS;
   if (object.hasAnisotropicFriction(btCollisionObject::CF_ANISOTROPIC_FRICTION)) out |= BODY_ANISOTROPIC;
-  if (object.hasAnisotropicFriction(btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION)) out |= BODY_ANISOTROPIC_ROLLING;
+  if (object.hasAnisotropicFriction(btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION))
+    out |= BODY_ANISOTROPIC_ROLLING;
   if (!rigid) return out;
   out |= BODY_RIGID;
   if (integrated) out |= BODY_INTEGRATED;

@@ -34,8 +34,8 @@ class ShapeReader {
   const btCollisionShape* m_lastShape = nullptr;  // neighbours in the world often share a shape
   Entry m_lastEntry{};
   std::uint32_t m_stamp = 0;
-  std::size_t m_used = 0;              // shapes read in this step
-  std::vector<std::uint32_t> m_free;   // indices of shapes that went out of use
+  std::size_t m_used = 0;             // shapes read in this step
+  std::vector<std::uint32_t> m_free;  // indices of shapes that went out of use
   btScalar m_threshold = btScalar(0.02);
   bool m_relative = true;
 };

@@ -40,9 +40,8 @@ BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
 void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes) {
   ++m_step;
   const auto* dispatcher = static_cast<const btCollisionDispatcher*>(world.getDispatcher());
-  m_shapes.begin(gContactBreakingThreshold,
-                 (dispatcher->getDispatcherFlags() &
-                  btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
+  m_shapes.begin(gContactBreakingThreshold, (dispatcher->getDispatcherFlags() &
+                                             btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
   findObjects(world.getCollisionObjectArray());
 
   const btAlignedObjectArray<btRigidBody*>& nonStatic = world.getNonStaticRigidBodies();
@@ -68,8 +67,7 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
     const auto position = static_cast<std::size_t>(i);
     btCollisionObject* object = objects[i];
     std::uint32_t slot = m_order[position];
-    if (slot == kNoSlot || slot >= m_slots.size() || m_slots[slot].object != object)
-      slot = m_index.find(object);
+    if (slot == kNoSlot || slot >= m_slots.size() || m_slots[slot].object != object) slot = m_index.find(object);
     m_order[position] = slot;
     if (slot == kNoSlot) {
       m_newObjects.push_back(static_cast<std::uint32_t>(i));
@@ -179,8 +177,7 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
 
   BodyRecord record = readBody(object, shapeIndex, isIntegrated(i));
   const bool moved = !slot.poseKnown || !sameTransform(slot.lastTransform, object.getWorldTransform());
-  const BodyPose pose =
-      moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
+  const BodyPose pose = moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
   const BodyInfo& known = m_input.infos.values[i];
   // With btDbvtBroadphase the proxy's id changes when an object leaves and comes back, whoever took it there.
   if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) {

@@ -62,8 +62,7 @@ class WorldReader {
   };
   void chooseRegion(FallbackList& missing);
   Bounds boundsOfMoving() const;  // positions of the bodies that move
-  void readObject(btDiscreteDynamicsWorld& world, std::uint32_t slot, FallbackList& missing,
-                  FallbackList& notes);
+  void readObject(btDiscreteDynamicsWorld& world, std::uint32_t slot, FallbackList& missing, FallbackList& notes);
   void sortChanges();
 
   IndexMap m_index;

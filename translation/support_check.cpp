@@ -32,10 +32,8 @@ struct SortedCache : btSortedOverlappingPairCache {
 };
 
 PairCallback pairCallbackOf(btOverlappingPairCache& cache) {
-  if (auto* hashed = dynamic_cast<btHashedOverlappingPairCache*>(&cache))
-    return hashed->*HashedCache::member();
-  if (auto* sorted = dynamic_cast<btSortedOverlappingPairCache*>(&cache))
-    return sorted->*SortedCache::member();
+  if (auto* hashed = dynamic_cast<btHashedOverlappingPairCache*>(&cache)) return hashed->*HashedCache::member();
+  if (auto* sorted = dynamic_cast<btSortedOverlappingPairCache*>(&cache)) return sorted->*SortedCache::member();
   return nullptr;
 }
 
@@ -90,8 +88,7 @@ void checkDispatcher(btDiscreteDynamicsWorld& world, FallbackList& missing) {
 
 void checkPairCache(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   btOverlappingPairCache& cache = *world.getPairCache();
-  if (typeid(cache) != typeid(btHashedOverlappingPairCache) &&
-      typeid(cache) != typeid(btSortedOverlappingPairCache)) {
+  if (typeid(cache) != typeid(btHashedOverlappingPairCache) && typeid(cache) != typeid(btSortedOverlappingPairCache)) {
     missing.add("pair cache", "not Bullet's own: it may keep pairs out that the device would collide");
   }
 }
@@ -132,8 +129,7 @@ void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
 }  // namespace
 
 void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList& missing) {
-  if (!(timeStep > btScalar(0)) || !std::isfinite(double(timeStep)))
-    missing.add("time step", "not a positive number");
+  if (!(timeStep > btScalar(0)) || !std::isfinite(double(timeStep))) missing.add("time step", "not a positive number");
   if (world.getDispatchInfo().m_dispatchFunc != btDispatcherInfo::DISPATCH_DISCRETE) {
     missing.add("continuous dispatch", "not on the device");
   }
@@ -148,11 +144,11 @@ bool hasPairCallback(btDiscreteDynamicsWorld& world) {
          mayChangeBodies(userCallbackOf(*world.getBroadphase()));
 }
 
-bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object,
-                 const btRigidBody* rigid, FallbackList& missing) {
+bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
+                 FallbackList& missing) {
   const int type = object.getInternalType();
-  const int known = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY |
-                    btCollisionObject::CO_GHOST_OBJECT;
+  const int known =
+      btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_GHOST_OBJECT;
   const char* what = nullptr;
   const char* reason = "not on the device yet";
   if (type & btCollisionObject::CO_SOFT_BODY) {
@@ -166,15 +162,13 @@ bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& 
     reason = "the stock path decides what to do with it";
   } else if (object.getCollisionFlags() & btCollisionObject::CF_HAS_FRICTION_ANCHOR) {
     what = "friction anchor";
-  } else if (gContactAddedCallback &&
-             (object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK)) {
+  } else if (gContactAddedCallback && (object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK)) {
     what = "gContactAddedCallback";
     reason = "called on the stock path only";
   } else if (object.getNumObjectsWithoutCollision() > 0) {
     what = "setIgnoreCollisionCheck";
-  } else if (rigid && !rigid->isStaticOrKinematicObject() &&
-             rigid->getActivationState() != DISABLE_SIMULATION && world.getDispatchInfo().m_useContinuous &&
-             rigid->getCcdSquareMotionThreshold() > btScalar(0)) {
+  } else if (rigid && !rigid->isStaticOrKinematicObject() && rigid->getActivationState() != DISABLE_SIMULATION &&
+             world.getDispatchInfo().m_useContinuous && rigid->getCcdSquareMotionThreshold() > btScalar(0)) {
     // Also one that sleeps: it may be woken and thrown within the step.
     what = "continuous collision detection (CCD) of a body";
   }

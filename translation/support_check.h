@@ -17,7 +17,7 @@ bool hasPairCallback(btDiscreteDynamicsWorld& world);
 
 // The same as checkWorld for one object of the world; `rigid` is null for what is not a btRigidBody. True if
 // it is supported.
-bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object,
-                 const btRigidBody* rigid, FallbackList& missing);
+bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
+                 FallbackList& missing);
 
 BTGPU_TRANSLATION_END

@@ -174,8 +174,7 @@ ComputeDevice::ComputeDevice(cl::Device device, DeviceDescription description, K
   try {
     m_context = cl::Context(m_device);
   } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), m_description.name); }
-  m_correctlyRounded =
-      (m_device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
+  m_correctlyRounded = (m_device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
   m_programs = std::make_unique<ProgramCache>(*this);
 }
 

@@ -16,7 +16,7 @@ class ProgramCache;
 enum class KernelShape { Gpu, Cpu };
 
 struct DeviceDescription {
-  int index = 0;  // in the order that listDevices gives
+  int index = 0;                                              // in the order that listDevices gives
   std::string name, vendor, platform, version, driver, type;  // type: "gpu", "cpu" or "accelerator"
   unsigned computeUnits = 0;
   unsigned long globalMemory = 0, largestAllocation = 0, localMemory = 0;  // bytes

@@ -60,8 +60,7 @@ class DeviceArray {
   }
 
   // Elements [first, first + count) from source[first ...].
-  void copyRangeFromHost(Queue& queue, const std::vector<T>& source, size_t first, size_t count,
-                         bool wait = true) {
+  void copyRangeFromHost(Queue& queue, const std::vector<T>& source, size_t first, size_t count, bool wait = true) {
     assert(first + count <= m_size && first + count <= source.size());
     queue.write(m_buffer, first * sizeof(T), count * sizeof(T), source.data() + first, wait);
   }
@@ -79,9 +78,7 @@ class DeviceArray {
 
  private:
   cl::Buffer allocate(const ComputeDevice& device, size_t count) const {
-    const auto what = [&] {
-      return fmt::format("{}: {} elements, {} bytes", m_name, count, count * sizeof(T));
-    };
+    const auto what = [&] { return fmt::format("{}: {} elements, {} bytes", m_name, count, count * sizeof(T)); };
     // NVIDIA's driver grants any size and fails at the first use.
     if (count > device.description().globalMemory / sizeof(T)) {
       throw OpenClError(OpenClError::Kind::OutOfMemory, "more than the device's memory for " + what());

@@ -27,9 +27,7 @@ std::vector<std::string> argumentTypes(const cl::Kernel& kernel, unsigned count)
   std::vector<std::string> types;
   try {
     for (unsigned i = 0; i < count; ++i) types.push_back(normalised(kernel.getArgInfo<CL_KERNEL_ARG_TYPE_NAME>(i)));
-  } catch (const cl::Error&) {
-    types.clear();
-  }
+  } catch (const cl::Error&) { types.clear(); }
   return types;
 }
 

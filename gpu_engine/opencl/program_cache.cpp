@@ -38,12 +38,14 @@ std::optional<std::vector<unsigned char>> readEntry(const std::filesystem::path&
   if (!file.read(reinterpret_cast<char*>(&header), sizeof header)) return std::nullopt;
   if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.keySize != key.size()) return std::nullopt;
   std::string storedKey(header.keySize, '\0');
-  if (!file.read(storedKey.data(), static_cast<std::streamsize>(header.keySize)) || storedKey != key) return std::nullopt;
+  if (!file.read(storedKey.data(), static_cast<std::streamsize>(header.keySize)) || storedKey != key)
+    return std::nullopt;
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   if (error || size != sizeof header + header.keySize + header.binarySize) return std::nullopt;
   std::vector<unsigned char> binary(header.binarySize);
-  if (!file.read(reinterpret_cast<char*>(binary.data()), static_cast<std::streamsize>(binary.size()))) return std::nullopt;
+  if (!file.read(reinterpret_cast<char*>(binary.data()), static_cast<std::streamsize>(binary.size())))
+    return std::nullopt;
   if (XXH3_64bits(binary.data(), binary.size()) != header.binaryChecksum) return std::nullopt;
   return binary;
 }
@@ -150,9 +152,8 @@ cl::Program ProgramCache::build(const std::string& file, const std::string& sour
     program.build({m_device.device()}, options.c_str());
   } catch (const cl::Error& e) {
     const auto log = nameLines(program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(m_device.device()), source);
-    throw OpenClError(OpenClError::Kind::Build,
-                      fmt::format("kernels/{} does not build on {} ({}): {}", file, m_device.description().name,
-                                  errorName(e.err()), log));
+    throw OpenClError(OpenClError::Kind::Build, fmt::format("kernels/{} does not build on {} ({}): {}", file,
+                                                            m_device.description().name, errorName(e.err()), log));
   }
   return program;
 }

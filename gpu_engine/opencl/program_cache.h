@@ -20,9 +20,9 @@ class ComputeDevice;
 class ProgramCache {
  public:
   struct Statistics {
-    int built = 0;    // from source
-    int loaded = 0;   // from disk
-    int rejected = 0; // disk entries found damaged or stale
+    int built = 0;     // from source
+    int loaded = 0;    // from disk
+    int rejected = 0;  // disk entries found damaged or stale
     double buildSeconds = 0;
   };
 

@@ -13,9 +13,7 @@ namespace btgpu {
 Queue::Queue(std::shared_ptr<ComputeDevice> device, bool profile) : m_device(std::move(device)), m_profile(profile) {
   try {
     m_queue = cl::CommandQueue(m_device->context(), m_device->device(), profile ? CL_QUEUE_PROFILING_ENABLE : 0);
-  } catch (const cl::Error& e) {
-    throw makeOpenClError(e.err(), e.what(), m_device->description().name);
-  }
+  } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), m_device->description().name); }
 }
 
 void Queue::launch(const cl::Kernel& kernel, const std::string& name, Grid grid) {
@@ -23,9 +21,7 @@ void Queue::launch(const cl::Kernel& kernel, const std::string& name, Grid grid)
   try {
     m_queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(grid.global), cl::NDRange(grid.local), nullptr,
                                  m_profile ? &event : nullptr);
-  } catch (const cl::Error& e) {
-    throw makeOpenClError(e.err(), e.what(), "kernel " + name);
-  }
+  } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "kernel " + name); }
   ++m_launches;
   if (m_profile) m_timed.push_back({m_stage, event});
 }
@@ -62,9 +58,7 @@ void Queue::copy(const cl::Buffer& from, const cl::Buffer& to, size_t fromOffset
 void Queue::finish() {
   try {
     m_queue.finish();
-  } catch (const cl::Error& e) {
-    throw makeOpenClError(e.err(), e.what(), "at the end of a step");
-  }
+  } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "at the end of a step"); }
   ++m_waits;
 }
 

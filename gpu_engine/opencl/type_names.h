@@ -15,9 +15,9 @@ namespace btgpu {
 template <typename T>
 struct TypeName;
 
-#define BTGPU_TYPE_NAME(T)              \
-  template <>                           \
-  struct TypeName<T> {                  \
+#define BTGPU_TYPE_NAME(T)                   \
+  template <>                                \
+  struct TypeName<T> {                       \
     static constexpr const char* value = #T; \
   };
 

@@ -22,7 +22,8 @@ void Fill::run(Queue& queue, DeviceArray<uint>& data, size_t first, size_t count
 }
 
 Reduce::Reduce(ComputeDevice& device)
-    : m_partial(device, "primitives/reduce.cl", "reducePartial"), m_final(device, "primitives/reduce.cl", "reduceFinal") {}
+    : m_partial(device, "primitives/reduce.cl", "reducePartial"),
+      m_final(device, "primitives/reduce.cl", "reduceFinal") {}
 
 void Reduce::sum(Queue& queue, Count count, const DeviceArray<uint>& data, DeviceArray<uint>& result) {
   const Grid grid = queue.device().chunkGrid(count.capacity);
@@ -48,13 +49,15 @@ void Scan::exclusive(Queue& queue, Count count, const DeviceArray<uint>& in, Dev
   m_chunks.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums, out);
 }
 
-Compact::Compact(ComputeDevice& device) : m_scan(device), m_scatter(device, "primitives/compact.cl", "compactScatter") {}
+Compact::Compact(ComputeDevice& device)
+    : m_scan(device), m_scatter(device, "primitives/compact.cl", "compactScatter") {}
 
 void Compact::run(Queue& queue, Count count, const DeviceArray<uint>& flags, DeviceArray<uint>& indices,
                   DeviceArray<uint>& total) {
   indices.resize(queue, count.capacity);
   m_scan.exclusive(queue, count, flags, m_offsets, total);
-  m_scatter.launch(queue, queue.device().grid(count.capacity), count.limit(), count.onDevice(), flags, m_offsets, indices);
+  m_scatter.launch(queue, queue.device().grid(count.capacity), count.limit(), count.onDevice(), flags, m_offsets,
+                   indices);
 }
 
 BoundSearch::BoundSearch(ComputeDevice& device) : m_search(device, "primitives/bound_search.cl", "boundSearch") {}
@@ -80,7 +83,8 @@ Histogram::Histogram(ComputeDevice& device)
     : m_tables(device, "primitives/histogram.cl", "histogramTables"),
       m_sum(device, "primitives/histogram.cl", "histogramSum") {}
 
-void Histogram::run(Queue& queue, Count count, const DeviceArray<uint>& keys, size_t bins, DeviceArray<uint>& histogram) {
+void Histogram::run(Queue& queue, Count count, const DeviceArray<uint>& keys, size_t bins,
+                    DeviceArray<uint>& histogram) {
   const Grid grid = queue.device().chunkGrid(count.capacity);
   m_counts.resize(queue, bins * grid.groups());
   histogram.resize(queue, bins);
@@ -127,8 +131,8 @@ void RadixSort<Key>::run(Queue& queue, Count count, DeviceArray<Key>& keys, Devi
       const uint mask = (1u << std::min(m_radixBits, range.count - done)) - 1u;
       m_count.launch(queue, grid, count.limit(), count.onDevice(), shift, mask, keys, m_tables);
       m_scan.exclusive(queue, {tableSize}, m_tables, m_tables, m_total);
-      m_scatter.launch(queue, grid, count.limit(), count.onDevice(), shift, mask, keys, Optional<uint>{values}, m_tables,
-                       m_otherKeys, Optional<uint>{values ? &m_otherValues : nullptr});
+      m_scatter.launch(queue, grid, count.limit(), count.onDevice(), shift, mask, keys, Optional<uint>{values},
+                       m_tables, m_otherKeys, Optional<uint>{values ? &m_otherValues : nullptr});
       std::swap(keys, m_otherKeys);
       if (values) std::swap(*values, m_otherValues);
     }

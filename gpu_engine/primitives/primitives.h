@@ -44,7 +44,8 @@ class Scan {
  public:
   explicit Scan(ComputeDevice& device);
   // out[i] = in[0] + ... + in[i - 1], total[0] = the sum of all, modulo 2^32. `in` and `out` may be the same array.
-  void exclusive(Queue& queue, Count count, const DeviceArray<uint>& in, DeviceArray<uint>& out, DeviceArray<uint>& total);
+  void exclusive(Queue& queue, Count count, const DeviceArray<uint>& in, DeviceArray<uint>& out,
+                 DeviceArray<uint>& total);
 
  private:
   Kernel m_chunkSums, m_chunkBases, m_chunks;
@@ -55,7 +56,8 @@ class Compact {
  public:
   explicit Compact(ComputeDevice& device);
   // indices[0, total[0]) = ascending indices i with flags[i] = 1. Flags are 0 or 1.
-  void run(Queue& queue, Count count, const DeviceArray<uint>& flags, DeviceArray<uint>& indices, DeviceArray<uint>& total);
+  void run(Queue& queue, Count count, const DeviceArray<uint>& flags, DeviceArray<uint>& indices,
+           DeviceArray<uint>& total);
 
  private:
   Scan m_scan;
@@ -72,7 +74,8 @@ class BoundSearch {
   void upper(Queue& queue, Count count, const DeviceArray<uint>& data, size_t keyCount, DeviceArray<uint>& bounds);
 
  private:
-  void run(Queue& queue, Count count, const DeviceArray<uint>& data, size_t keyCount, uint upper, DeviceArray<uint>& bounds);
+  void run(Queue& queue, Count count, const DeviceArray<uint>& data, size_t keyCount, uint upper,
+           DeviceArray<uint>& bounds);
   Kernel m_search;
 };
 
@@ -99,10 +102,12 @@ class RadixSort {
  public:
   explicit RadixSort(ComputeDevice& device);
   void keys(Queue& queue, Count count, DeviceArray<Key>& keys, const std::vector<BitRange>& bits);
-  void pairs(Queue& queue, Count count, DeviceArray<Key>& keys, DeviceArray<uint>& values, const std::vector<BitRange>& bits);
+  void pairs(Queue& queue, Count count, DeviceArray<Key>& keys, DeviceArray<uint>& values,
+             const std::vector<BitRange>& bits);
 
  private:
-  void run(Queue& queue, Count count, DeviceArray<Key>& keys, DeviceArray<uint>* values, const std::vector<BitRange>& bits);
+  void run(Queue& queue, Count count, DeviceArray<Key>& keys, DeviceArray<uint>* values,
+           const std::vector<BitRange>& bits);
 
   Kernel m_count, m_scatter;
   Scan m_scan;

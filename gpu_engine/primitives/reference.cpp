@@ -26,8 +26,7 @@ void sortWithValues(std::vector<T>& items, std::vector<uint>& values, Less less)
 bool totalLess(float a, float b) {
   if (std::signbit(a) != std::signbit(b)) return std::signbit(a);
   if (std::isnan(a) || std::isnan(b)) {
-    if (std::isnan(a) && std::isnan(b))
-      return std::signbit(a) ? as_uint(a) > as_uint(b) : as_uint(a) < as_uint(b);
+    if (std::isnan(a) && std::isnan(b)) return std::signbit(a) ? as_uint(a) > as_uint(b) : as_uint(a) < as_uint(b);
     return std::isnan(a) == std::signbit(a);
   }
   return a < b;
@@ -87,8 +86,6 @@ void radixSort(std::vector<Key>& keys, std::vector<uint>& values, const std::vec
 template void radixSort(std::vector<uint>&, std::vector<uint>&, const std::vector<BitRange>&);
 template void radixSort(std::vector<ulong>&, std::vector<uint>&, const std::vector<BitRange>&);
 
-void floatSort(std::vector<float>& floats, std::vector<uint>& values) {
-  sortWithValues(floats, values, totalLess);
-}
+void floatSort(std::vector<float>& floats, std::vector<uint>& values) { sortWithValues(floats, values, totalLess); }
 
 }  // namespace btgpu::reference

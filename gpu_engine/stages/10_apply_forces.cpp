@@ -4,8 +4,7 @@
 
 namespace btgpu {
 
-ApplyForces::ApplyForces(ComputeDevice& device)
-    : m_applyForces(device, "stages/10_apply_forces.cl", "applyForces") {}
+ApplyForces::ApplyForces(ComputeDevice& device) : m_applyForces(device, "stages/10_apply_forces.cl", "applyForces") {}
 
 void ApplyForces::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("10_apply_forces");

@@ -32,8 +32,7 @@ void applyDamping(const BodyDamping& d, bool additional, double timeStep, Vec& l
   linear = linear * std::pow(1 - static_cast<double>(d.linear), timeStep);
   angular = angular * std::pow(1 - static_cast<double>(d.angular), timeStep);
   if (!additional) return;
-  if (dot(angular, angular) < d.additionalAngularThresholdSqr &&
-      dot(linear, linear) < d.additionalLinearThresholdSqr) {
+  if (dot(angular, angular) < d.additionalAngularThresholdSqr && dot(linear, linear) < d.additionalLinearThresholdSqr) {
     linear = linear * d.additionalFactor;
     angular = angular * d.additionalFactor;
   }
@@ -89,14 +88,12 @@ Vec gyroscopicChange(uint flags, const Matrix& r, Vec inverseInertia, Vec w, dou
     change = change - r * diagonalMatrix(inverseInertia) * transposed(r) * torque * timeStep;
   }
   if (flags & BODY_GYRO_IMPLICIT_WORLD) change = change + implicitChange(world, w, timeStep);
-  if (flags & BODY_GYRO_IMPLICIT_BODY)
-    change = change + r * implicitChange(local, transposed(r) * w, timeStep);
+  if (flags & BODY_GYRO_IMPLICIT_BODY) change = change + r * implicitChange(local, transposed(r) * w, timeStep);
   return change;
 }
 
-BodyStep stepOf(const StepParams& params, const BodyInfo& info, const BodyPose& pose,
-                const BodyVelocity& velocity, const BodyForces& forces, const BodyMass& mass,
-                const BodyDamping& damping) {
+BodyStep stepOf(const StepParams& params, const BodyInfo& info, const BodyPose& pose, const BodyVelocity& velocity,
+                const BodyForces& forces, const BodyMass& mass, const BodyDamping& damping) {
   const double timeStep = params.timeStep, inverseMass = mass.inverseInertiaLocal.w;
   const Vec inverseInertia = toVec(mass.inverseInertiaLocal);
   const bool hasVelocity = hasSolverBody(info, inverseMass);
@@ -123,8 +120,7 @@ BodyStep stepOf(const StepParams& params, const BodyInfo& info, const BodyPose& 
   Vec change = world * toVec(forces.torque) * timeStep;
   // btSequentialImpulseConstraintSolver::convertBodies gets the bodies of an island only.
   if (inverseMass != 0 && !isStaticOrKinematic(info)) {
-    change = change +
-             gyroscopicChange(info.flags, r, inverseInertia, angular, timeStep, params.maxGyroscopicForce);
+    change = change + gyroscopicChange(info.flags, r, inverseInertia, angular, timeStep, params.maxGyroscopicForce);
   }
   step.externalAngular = toFloat4(change);
   return step;
@@ -135,8 +131,7 @@ BodyStep stepOf(const StepParams& params, const BodyInfo& info, const BodyPose& 
 std::vector<BodyStep> applyForcesReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                            const std::vector<BodyPose>& poses,
                                            const std::vector<BodyVelocity>& velocities,
-                                           const std::vector<BodyForces>& forces,
-                                           const std::vector<BodyMass>& masses,
+                                           const std::vector<BodyForces>& forces, const std::vector<BodyMass>& masses,
                                            const std::vector<BodyDamping>& dampings) {
   std::vector<BodyStep> steps;
   for (size_t i = 0; i < infos.size(); ++i) {

@@ -16,8 +16,7 @@ namespace btgpu {
 std::vector<BodyStep> applyForcesReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                            const std::vector<BodyPose>& poses,
                                            const std::vector<BodyVelocity>& velocities,
-                                           const std::vector<BodyForces>& forces,
-                                           const std::vector<BodyMass>& masses,
+                                           const std::vector<BodyForces>& forces, const std::vector<BodyMass>& masses,
                                            const std::vector<BodyDamping>& dampings);
 
 }  // namespace btgpu

@@ -4,8 +4,7 @@
 
 namespace btgpu {
 
-UpdateAabbs::UpdateAabbs(ComputeDevice& device)
-    : m_updateAabbs(device, "stages/20_update_aabbs.cl", "updateAabbs") {}
+UpdateAabbs::UpdateAabbs(ComputeDevice& device) : m_updateAabbs(device, "stages/20_update_aabbs.cl", "updateAabbs") {}
 
 void UpdateAabbs::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("20_update_aabbs");

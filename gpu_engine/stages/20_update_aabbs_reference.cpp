@@ -29,9 +29,9 @@ Box boundsOf(const Shape& shape, float4 position, float4 orientation, double thr
   } else {
     const Matrix r = rotationOf(orientation);
     for (int corner = 0; corner < 8; ++corner) {
-      const Vec p = r * Vec{corner & 1 ? shape.extents.x : -shape.extents.x,
-                            corner & 2 ? shape.extents.y : -shape.extents.y,
-                            corner & 4 ? shape.extents.z : -shape.extents.z};
+      const Vec p =
+          r * Vec{corner & 1 ? shape.extents.x : -shape.extents.x, corner & 2 ? shape.extents.y : -shape.extents.y,
+                  corner & 4 ? shape.extents.z : -shape.extents.z};
       reach = {std::max(reach.x, p.x), std::max(reach.y, p.y), std::max(reach.z, p.z)};
     }
   }
@@ -60,8 +60,7 @@ Box wantedBounds(const StepParams& params, const BodyInfo& body, const Shape& sh
   Box box = boundsOf(shape, pose.position, pose.orientation, params.contactThreshold);
   const bool moves = (body.flags & BODY_RIGID) && !(body.flags & (BODY_STATIC | BODY_KINEMATIC));
   if (!(params.flags & STEP_USE_CONTINUOUS) || !moves) return box;
-  const Box next =
-      boundsOf(shape, step.predictedPosition, step.predictedOrientation, params.contactThreshold);
+  const Box next = boundsOf(shape, step.predictedPosition, step.predictedOrientation, params.contactThreshold);
   for (int k = 0; k < 3; ++k) {
     box.lower[k] = std::min(box.lower[k], next.lower[k]);
     box.upper[k] = std::max(box.upper[k], next.upper[k]);
@@ -73,8 +72,7 @@ Box wantedBounds(const StepParams& params, const BodyInfo& body, const Shape& sh
 
 UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                   const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
-                                  const std::vector<BodyStep>& steps,
-                                  const std::vector<BodyActivation>& activations,
+                                  const std::vector<BodyStep>& steps, const std::vector<BodyActivation>& activations,
                                   const std::vector<Aabb>& oldAabbs) {
   UpdatedAabbs out;
   out.aabbs.assign(infos.size(), noAabb());

@@ -22,8 +22,7 @@ struct UpdatedAabbs {
 // All arrays but `shapes` are indexed by body. An old AABB with lower.x > upper.x says that there is none.
 UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                   const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
-                                  const std::vector<BodyStep>& steps,
-                                  const std::vector<BodyActivation>& activations,
+                                  const std::vector<BodyStep>& steps, const std::vector<BodyActivation>& activations,
                                   const std::vector<Aabb>& oldAabbs);
 
 }  // namespace btgpu

@@ -61,8 +61,8 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   m_partialBounds.resize(queue, boundsGrid.groups());
   m_scene.resize(queue, 1);
   m_sceneBoundsPartial.launch(queue, boundsGrid, count, world.infos, world.aabbs, m_partialBounds);
-  m_sceneBoundsFinal.launch(queue, {boundsGrid.local, boundsGrid.local},
-                            static_cast<uint>(boundsGrid.groups()), m_partialBounds, m_scene);
+  m_sceneBoundsFinal.launch(queue, {boundsGrid.local, boundsGrid.local}, static_cast<uint>(boundsGrid.groups()),
+                            m_partialBounds, m_scene);
 
   m_mortonCodes.resize(queue, bodies);
   m_order.resize(queue, bodies);
@@ -77,10 +77,9 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   m_counts.resize(queue, bodies);
   m_countPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts);
   m_scan.exclusive(queue, {bodies}, m_counts, m_counts, world.pairCount);
-  m_checkPairs.launch(queue, {1, 1}, static_cast<uint>(world.capacities.pairs), world.pairCount,
-                      world.counters);
-  m_emitPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts,
-                     world.counters, world.keys);
+  m_checkPairs.launch(queue, {1, 1}, static_cast<uint>(world.capacities.pairs), world.pairCount, world.counters);
+  m_emitPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts, world.counters,
+                     world.keys);
   const uint bits = bitsFor(bodies);
   m_sort.keys(queue, {world.capacities.pairs, &world.pairCount}, world.keys, {{0, bits}, {32, bits}});
 }

@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include "../../kernels/lib/bounds.h"
 #include "../device_world.h"
 #include "../primitives/primitives.h"
-#include "../../kernels/lib/bounds.h"
 
 namespace btgpu {
 

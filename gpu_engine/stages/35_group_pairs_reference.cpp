@@ -31,8 +31,7 @@ uint bucketOf(int typeA, int typeB) {
 
 GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vector<ulong>& oldKeys,
                                  const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
-                                 const std::vector<BodyActivation>& activations,
-                                 const std::vector<uint>& born) {
+                                 const std::vector<BodyActivation>& activations, const std::vector<uint>& born) {
   const auto typeOf = [&](uint body) { return shapes[static_cast<size_t>(infos[body].shapeIndex)].type; };
   GroupedPairs out;
   for (const ulong key : keys) {

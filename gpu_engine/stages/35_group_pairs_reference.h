@@ -21,7 +21,6 @@ struct GroupedPairs {
 // and born are indexed by body; born is nonzero where the slot got another body since then.
 GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vector<ulong>& oldKeys,
                                  const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
-                                 const std::vector<BodyActivation>& activations,
-                                 const std::vector<uint>& born);
+                                 const std::vector<BodyActivation>& activations, const std::vector<uint>& born);
 
 }  // namespace btgpu

@@ -13,9 +13,7 @@ using namespace reference;
 
 constexpr double kEpsilon = 1.1920929e-7;  // SIMD_EPSILON in a float build of Bullet
 
-void add(RawContacts& raw, Vec pointOnB, double distance) {
-  raw.points[raw.count++] = toFloat4(pointOnB, distance);
-}
+void add(RawContacts& raw, Vec pointOnB, double distance) { raw.points[raw.count++] = toFloat4(pointOnB, distance); }
 
 // btSphereSphereCollisionAlgorithm::processCollision
 void sphereSphere(const Shape& a, const Shape& b, Vec bFromA, RawContacts& raw) {
@@ -82,8 +80,7 @@ void sphereBox(const Shape& a, const BodyPose& poseA, const Shape& b, const Body
   const Shape &box = boxIsB ? b : a, &sphere = boxIsB ? a : b;
   const Matrix r = rotationOf(boxIsB ? poseB.orientation : poseA.orientation);
   const Vec sphereFromBox = boxIsB ? -bFromA : bFromA;
-  const Nearest near =
-      sphereToBox(transposed(r) * sphereFromBox, sphere.extents.x, toVec(box.extents), box.margin);
+  const Nearest near = sphereToBox(transposed(r) * sphereFromBox, sphere.extents.x, toVec(box.extents), box.margin);
   if (near.distance >= threshold) return;
   const Vec outOfBox = r * near.normal;
   raw.normal = toFloat4(boxIsB ? outOfBox : -outOfBox);
@@ -114,8 +111,7 @@ RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPo
 
 void collidePrimitivesReference(const std::vector<Pair>& pairs, const std::vector<BodyInfo>& infos,
                                 const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
-                                const std::vector<Manifold>& oldManifolds,
-                                std::vector<RawContacts>& contacts) {
+                                const std::vector<Manifold>& oldManifolds, std::vector<RawContacts>& contacts) {
   for (size_t i = 0; i < pairs.size(); ++i) {
     const Pair& p = pairs[i];
     if (p.bucket < BUCKET_SPHERE_SPHERE || p.bucket > BUCKET_SPHERE_BOX) continue;

@@ -24,7 +24,6 @@ RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPo
 // shapes.
 void collidePrimitivesReference(const std::vector<Pair>& pairs, const std::vector<BodyInfo>& infos,
                                 const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
-                                const std::vector<Manifold>& oldManifolds,
-                                std::vector<RawContacts>& contacts);
+                                const std::vector<Manifold>& oldManifolds, std::vector<RawContacts>& contacts);
 
 }  // namespace btgpu

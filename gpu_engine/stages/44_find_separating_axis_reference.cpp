@@ -50,8 +50,7 @@ std::array<AxisProjection, 15> projectBoxes(const Shape& a, const BodyPose& pose
   return out;
 }
 
-SeparatingAxis separatingAxisReference(const Shape& a, const BodyPose& poseA, const Shape& b,
-                                       const BodyPose& poseB) {
+SeparatingAxis separatingAxisReference(const Shape& a, const BodyPose& poseA, const Shape& b, const BodyPose& poseB) {
   const auto axes = projectBoxes(a, poseA, b, poseB);
   SeparatingAxis best{};
   best.code = -1;
@@ -71,18 +70,15 @@ SeparatingAxis separatingAxisReference(const Shape& a, const BodyPose& poseA, co
   return best;
 }
 
-SeparatingAxes findSeparatingAxesReference(const std::vector<uint>& bucketFirst,
-                                           const std::vector<uint>& items, const std::vector<Pair>& pairs,
-                                           const std::vector<BodyInfo>& infos,
-                                           const std::vector<Shape>& shapes,
-                                           const std::vector<BodyPose>& poses,
+SeparatingAxes findSeparatingAxesReference(const std::vector<uint>& bucketFirst, const std::vector<uint>& items,
+                                           const std::vector<Pair>& pairs, const std::vector<BodyInfo>& infos,
+                                           const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
                                            std::vector<RawContacts>& contacts) {
   SeparatingAxes out;
   for (uint n = bucketFirst[BUCKET_BOX_BOX]; n < bucketFirst[BUCKET_BOX_BOX + 1]; ++n) {
     const Pair& p = pairs[items[n]];
     const auto shapeOf = [&](uint body) { return shapes[static_cast<size_t>(infos[body].shapeIndex)]; };
-    out.axes.push_back(
-        separatingAxisReference(shapeOf(p.bodyA), poses[p.bodyA], shapeOf(p.bodyB), poses[p.bodyB]));
+    out.axes.push_back(separatingAxisReference(shapeOf(p.bodyA), poses[p.bodyA], shapeOf(p.bodyB), poses[p.bodyB]));
     if (out.axes.back().code >= 0) out.overlapping.push_back(n - bucketFirst[BUCKET_BOX_BOX]);
     contacts[items[n]].count = 0;
   }

@@ -19,10 +19,9 @@ namespace btgpu {
 
 // The boxes seen along one axis.
 struct AxisProjection {
-  reference::Vec
-      normal;         // unit, world axes, from A to B (A's or B's own axis if the centres coincide along it)
-  double separation;  // gap between the boxes along it; negative: overlap
-  double sine;        // of the angle between the two edges; 1 for a face, 0: no axis, the edges are parallel
+  reference::Vec normal;  // unit, world axes, from A to B (A's or B's own axis if the centres coincide along it)
+  double separation;      // gap between the boxes along it; negative: overlap
+  double sine;            // of the angle between the two edges; 1 for a face, 0: no axis, the edges are parallel
 };
 
 // In the order of SeparatingAxis::code.
@@ -30,8 +29,7 @@ std::array<AxisProjection, 15> projectBoxes(const Shape& a, const BodyPose& pose
                                             const BodyPose& poseB);
 
 // The axis of least overlap; an edge axis must beat the best one before it by 5 %, as in Bullet's dBoxBox2.
-SeparatingAxis separatingAxisReference(const Shape& a, const BodyPose& poseA, const Shape& b,
-                                       const BodyPose& poseB);
+SeparatingAxis separatingAxisReference(const Shape& a, const BodyPose& poseA, const Shape& b, const BodyPose& poseB);
 
 struct SeparatingAxes {
   std::vector<SeparatingAxis> axes;  // by position in the box-box bucket
@@ -39,11 +37,9 @@ struct SeparatingAxes {
 };
 
 // For all box-box pairs, as `items` and `bucketFirst` list them; clears their contacts.
-SeparatingAxes findSeparatingAxesReference(const std::vector<uint>& bucketFirst,
-                                           const std::vector<uint>& items, const std::vector<Pair>& pairs,
-                                           const std::vector<BodyInfo>& infos,
-                                           const std::vector<Shape>& shapes,
-                                           const std::vector<BodyPose>& poses,
+SeparatingAxes findSeparatingAxesReference(const std::vector<uint>& bucketFirst, const std::vector<uint>& items,
+                                           const std::vector<Pair>& pairs, const std::vector<BodyInfo>& infos,
+                                           const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
                                            std::vector<RawContacts>& contacts);
 
 }  // namespace btgpu

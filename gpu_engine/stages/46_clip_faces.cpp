@@ -4,8 +4,7 @@
 
 namespace btgpu {
 
-ClipFaces::ClipFaces(ComputeDevice& device)
-    : m_clipFaces(device, "stages/46_clip_faces.cl", "clipFaces") {}
+ClipFaces::ClipFaces(ComputeDevice& device) : m_clipFaces(device, "stages/46_clip_faces.cl", "clipFaces") {}
 
 void ClipFaces::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("46_clip_faces");

@@ -37,8 +37,7 @@ std::vector<Corner> clip(const std::vector<Corner>& polygon, const HalfSpace& sp
     const Vec p = polygon[i].at, edge = polygon[(i + 1) % polygon.size()].at - p;
     const double above = dot(space.normal, p) - space.limit, rise = dot(space.normal, edge);
     if (above <= 0) kept.push_back(polygon[i]);
-    if (above * (above + rise) < 0)
-      kept.push_back({p - edge * (above / rise), std::fabs(rise) / length(edge)});
+    if (above * (above + rise) < 0) kept.push_back({p - edge * (above / rise), std::fabs(rise) / length(edge)});
   }
   return kept;
 }
@@ -120,8 +119,7 @@ Vec nearestOnSecond(Vec a, Vec u, Vec b, Vec v) {
 std::vector<CandidatePoint> clipBoxesReference(const Shape& a, const BodyPose& poseA, const Shape& b,
                                                const BodyPose& poseB, const SeparatingAxis& axis) {
   const Box boxA{toVec(a.extents), {}, rotationOf(poseA.orientation)};
-  const Box boxB{toVec(b.extents), toVec(poseB.position) - toVec(poseA.position),
-                 rotationOf(poseB.orientation)};
+  const Box boxB{toVec(b.extents), toVec(poseB.position) - toVec(poseA.position), rotationOf(poseB.orientation)};
   const Vec aToB = toVec(axis.normal);
   if (axis.code < 6) return clipFace(boxA, boxB, axis.code, aToB);
   const int i = (axis.code - 6) / 3, j = (axis.code - 6) % 3;
@@ -141,10 +139,9 @@ void clipFacesReference(const std::vector<uint>& overlapping, const std::vector<
     const auto shapeOf = [&](uint body) { return shapes[static_cast<size_t>(infos[body].shapeIndex)]; };
     RawContacts raw{};
     raw.normal = toFloat4(-toVec(axes[position].normal));
-    for (const CandidatePoint& point : clipBoxesReference(shapeOf(p.bodyA), poses[p.bodyA], shapeOf(p.bodyB),
-                                                          poses[p.bodyB], axes[position])) {
-      if (point.distance <= 0 && raw.count < RAW_POINTS)
-        raw.points[raw.count++] = toFloat4(point.onB, point.distance);
+    for (const CandidatePoint& point :
+         clipBoxesReference(shapeOf(p.bodyA), poses[p.bodyA], shapeOf(p.bodyB), poses[p.bodyB], axes[position])) {
+      if (point.distance <= 0 && raw.count < RAW_POINTS) raw.points[raw.count++] = toFloat4(point.onB, point.distance);
     }
     contacts[i] = raw;
   }

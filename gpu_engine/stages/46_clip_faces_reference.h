@@ -18,7 +18,7 @@ namespace btgpu {
 struct CandidatePoint {
   reference::Vec onB;  // world axes, from A's centre
   double distance;     // negative: inside
-  double sine;  // between edge and plane where a cut made this point, or between the two edges; 1: a corner
+  double sine;         // between edge and plane where a cut made this point, or between the two edges; 1: a corner
 };
 
 // All corners of the incident face's part that lies over the reference face, those above it included; for an

@@ -145,8 +145,7 @@ Manifold newManifold(const Pair& pair, const Body& a, const Body& b) {
   m.bodyA = pair.bodyA;
   m.bodyB = pair.bodyB;
   m.breakingThreshold = std::min(a.shape.breakingThreshold, b.shape.breakingThreshold);
-  m.processingThreshold =
-      std::min(a.material.contactProcessingThreshold, b.material.contactProcessingThreshold);
+  m.processingThreshold = std::min(a.material.contactProcessingThreshold, b.material.contactProcessingThreshold);
   return m;
 }
 
@@ -180,11 +179,9 @@ RawContacts reduceContactsReference(const RawContacts& raw) {
   return out;
 }
 
-std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs,
-                                             const std::vector<RawContacts>& contacts,
+std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs, const std::vector<RawContacts>& contacts,
                                              const std::vector<Manifold>& oldManifolds,
-                                             const std::vector<BodyInfo>& infos,
-                                             const std::vector<Shape>& shapes,
+                                             const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
                                              const std::vector<BodyPose>& poses,
                                              const std::vector<BodyMaterial>& materials) {
   const auto bodyOf = [&](uint i) {

@@ -23,11 +23,9 @@ namespace btgpu {
 RawContacts reduceContactsReference(const RawContacts& raw);
 
 // One manifold a pair, in pair order. An index in `oldManifolds` is Pair::oldManifold.
-std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs,
-                                             const std::vector<RawContacts>& contacts,
+std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs, const std::vector<RawContacts>& contacts,
                                              const std::vector<Manifold>& oldManifolds,
-                                             const std::vector<BodyInfo>& infos,
-                                             const std::vector<Shape>& shapes,
+                                             const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
                                              const std::vector<BodyPose>& poses,
                                              const std::vector<BodyMaterial>& materials);
 

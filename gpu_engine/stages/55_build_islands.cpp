@@ -27,14 +27,13 @@ void BuildIslands::enqueue(Queue& queue, DeviceWorld& world) {
   m_wake.resize(queue, bodies);
   m_flags.resize(queue, pairs);
   m_init.launch(queue, bodyGrid, bodies, m_parents, world.islandFlags, m_wake);
-  m_unite.launch(queue, pairGrid, pairs, world.counters, world.params, world.pairs, world.manifolds,
-                 world.infos, world.stepActivations, m_parents, m_wake);
-  m_flatten.launch(queue, bodyGrid, bodies, world.counters, world.infos, world.stepActivations, m_parents,
-                   world.roots, world.islandFlags);
-  m_states.launch(queue, bodyGrid, bodies, world.counters, world.infos, world.roots, m_wake,
-                  world.islandFlags, world.stepActivations);
-  m_solved.launch(queue, bodyGrid, bodies, world.counters, world.infos, world.roots, world.islandFlags,
-                  world.solved);
+  m_unite.launch(queue, pairGrid, pairs, world.counters, world.params, world.pairs, world.manifolds, world.infos,
+                 world.stepActivations, m_parents, m_wake);
+  m_flatten.launch(queue, bodyGrid, bodies, world.counters, world.infos, world.stepActivations, m_parents, world.roots,
+                   world.islandFlags);
+  m_states.launch(queue, bodyGrid, bodies, world.counters, world.infos, world.roots, m_wake, world.islandFlags,
+                  world.stepActivations);
+  m_solved.launch(queue, bodyGrid, bodies, world.counters, world.infos, world.roots, world.islandFlags, world.solved);
   m_select.launch(queue, pairGrid, pairs, world.counters, world.manifolds, world.infos, world.stepActivations,
                   world.steps, world.roots, world.islandFlags, world.solved, m_flags);
   m_compact.run(queue, {pairs, &world.pairCount}, m_flags, world.constraints, world.constraintCount);

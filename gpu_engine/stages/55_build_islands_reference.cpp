@@ -61,8 +61,7 @@ void decideSleep(const std::vector<BodyInfo>& infos, const std::vector<uint>& ro
   std::vector<char> awake(infos.size(), 0);  // by root
   for (uint i = 0; i < infos.size(); ++i) {
     const int state = activations[i].state;
-    if (isMember(infos[i]) && (state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION))
-      awake[roots[i]] = 1;
+    if (isMember(infos[i]) && (state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION)) awake[roots[i]] = 1;
   }
   for (uint i = 0; i < infos.size(); ++i) {
     if (!isMember(infos[i])) continue;
@@ -107,8 +106,7 @@ bool canMove(const BodyStep& step) { return step.angularVelocity.w != 0.0f; }
 
 IslandsReference buildIslandsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                        const std::vector<BodyStep>& steps,
-                                       const std::vector<BodyActivation>& activations,
-                                       const std::vector<Pair>& pairs,
+                                       const std::vector<BodyActivation>& activations, const std::vector<Pair>& pairs,
                                        const std::vector<Manifold>& manifolds) {
   IslandsReference out;
   out.roots = findRoots(infos, pairs);

@@ -25,8 +25,7 @@ struct IslandsReference {
 // order.
 IslandsReference buildIslandsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                        const std::vector<BodyStep>& steps,
-                                       const std::vector<BodyActivation>& activations,
-                                       const std::vector<Pair>& pairs,
+                                       const std::vector<BodyActivation>& activations, const std::vector<Pair>& pairs,
                                        const std::vector<Manifold>& manifolds);
 
 }  // namespace btgpu

@@ -16,8 +16,7 @@ uint movedBody(const std::vector<BodyStep>& steps, uint body) {
   return steps[body].angularVelocity.w != 0.0f ? body : NO_INDEX;
 }
 
-std::vector<SlotHeader> makeHeaders(const std::vector<uint>& constraints,
-                                    const std::vector<Manifold>& manifolds,
+std::vector<SlotHeader> makeHeaders(const std::vector<uint>& constraints, const std::vector<Manifold>& manifolds,
                                     const std::vector<BodyStep>& steps) {
   std::vector<SlotHeader> headers;
   for (const uint m : constraints) {

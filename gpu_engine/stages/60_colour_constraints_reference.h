@@ -23,7 +23,6 @@ struct ColoursReference {
 // can't move does not count. They choose in the order of permute(index), those between two moving bodies before
 // all others. `constraints` are indices into `manifolds`. Within a colour the constraints keep their order.
 ColoursReference colourConstraintsReference(const std::vector<uint>& constraints,
-                                            const std::vector<Manifold>& manifolds,
-                                            const std::vector<BodyStep>& steps);
+                                            const std::vector<Manifold>& manifolds, const std::vector<BodyStep>& steps);
 
 }  // namespace btgpu

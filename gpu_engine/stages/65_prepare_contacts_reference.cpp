@@ -169,8 +169,7 @@ void writeNormal(const Contact& c, bool solved, Writer out) {
   out.put(ROW_NORMAL_RHS, rhs);
   out.put(ROW_NORMAL_CFM, cfm * jac);
   out.put(ROW_PUSH_RHS, split ? positionError * jac : 0);
-  if (c.has(STEP_WARM_START))
-    out.put(ROW_NORMAL_IMPULSE, double(c.point.localPointB.w) * s.warmStartingFactor);
+  if (c.has(STEP_WARM_START)) out.put(ROW_NORMAL_IMPULSE, double(c.point.localPointB.w) * s.warmStartingFactor);
 }
 
 // setupFrictionConstraint. Bullet leaves the torque of the step out of the velocity here.
@@ -206,8 +205,8 @@ void writePoint(const Contact& c, bool solved, size_t slot, size_t k, PrepareRef
                ROW_TANGENT1_IMPULSE);
   if (c.has(STEP_TWO_FRICTION)) {
     const Writer second(out.tangent2, slot, SLOT_TANGENT2_FIELDS, k * TANGENT2_FIELDS);
-    writeTangent(c, toVec(c.point.lateralFrictionDir2), second, ROW_TANGENT2, ROW_TANGENT2_JAC,
-                 ROW_TANGENT2_RHS, ROW_TANGENT2_IMPULSE);
+    writeTangent(c, toVec(c.point.lateralFrictionDir2), second, ROW_TANGENT2, ROW_TANGENT2_JAC, ROW_TANGENT2_RHS,
+                 ROW_TANGENT2_IMPULSE);
   }
   if (!c.has(STEP_TORSION)) return;
   Vec t1, t2;
@@ -255,8 +254,7 @@ void prepareContactsReference(const PrepareInput& in, PrepareReference& out) {
                          toVec(p.normalWorldOnB),
                          a.rotation * toVec(p.localPointA),
                          b.rotation * toVec(p.localPointB)};
-      const bool solved =
-          p.localPointA.w <= manifold.processingThreshold && (canBePushed(a) || canBePushed(b));
+      const bool solved = p.localPointA.w <= manifold.processingThreshold && (canBePushed(a) || canBePushed(b));
       writePoint(c, solved, slot, k, out);
     }
   }

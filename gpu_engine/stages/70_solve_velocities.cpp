@@ -40,8 +40,8 @@ void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettin
     if (torsionRows) solveAll(queue, world, PASS_TORSION);
   }
   const uint slots = static_cast<uint>(world.capacities.slots);
-  m_storeImpulses.launch(queue, queue.device().grid(slots), slots, world.counters, world.params, world.slots, world.rows,
-                         world.tangent2, world.manifolds);
+  m_storeImpulses.launch(queue, queue.device().grid(slots), slots, world.counters, world.params, world.slots,
+                         world.rows, world.tangent2, world.manifolds);
 }
 
 }  // namespace btgpu

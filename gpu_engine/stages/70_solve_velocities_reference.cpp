@@ -59,8 +59,8 @@ class Solver {
   using Vec = Vec3<Real>;
 
  public:
-  Solver(const StepParams& params, const std::vector<SlotHeader>& slots,
-         const std::vector<SolverMass>& masses, SolveReference& state)
+  Solver(const StepParams& params, const std::vector<SlotHeader>& slots, const std::vector<SolverMass>& masses,
+         SolveReference& state)
       : m_flags(params.flags), m_masses(masses), m_state(state) {
     for (size_t slot = 0; slot < slots.size(); ++slot) {
       if (slots[slot].manifold == NO_INDEX) continue;
@@ -121,8 +121,7 @@ class Solver {
     end.body = body;
     end.jacobian = {linear, angular};
     end.response.linear = {m.row0.w * linear.x, m.row1.w * linear.y, m.row2.w * linear.z};
-    end.response.angular = {dot(toVec(m.row0), angular), dot(toVec(m.row1), angular),
-                            dot(toVec(m.row2), angular)};
+    end.response.angular = {dot(toVec(m.row0), angular), dot(toVec(m.row1), angular), dot(toVec(m.row2), angular)};
     return end;
   }
 
@@ -133,8 +132,8 @@ class Solver {
     return row;
   }
 
-  void addTangent(PointRows<Real>& p, const SlotHeader& h, std::vector<float>& array, size_t slot,
-                  size_t fields, size_t field, Vec ra, Vec rb) const {
+  void addTangent(PointRows<Real>& p, const SlotHeader& h, std::vector<float>& array, size_t slot, size_t fields,
+                  size_t field, Vec ra, Vec rb) const {
     Row<Real> row = makeRow(h, vectorAt(array, slot, fields, field), ra, rb);
     row.jac = array[rowIndex(slot, fields, field + 3)];
     row.rhs = array[rowIndex(slot, fields, field + 4)];
@@ -144,9 +143,7 @@ class Solver {
   }
 
   void addTorsion(PointRows<Real>& p, const SlotHeader& h, size_t slot, size_t field) const {
-    const auto at = [&](size_t f) -> float& {
-      return m_state.torsion[rowIndex(slot, SLOT_TORSION_FIELDS, field + f)];
-    };
+    const auto at = [&](size_t f) -> float& { return m_state.torsion[rowIndex(slot, SLOT_TORSION_FIELDS, field + f)]; };
     const Vec axis = vectorAt(m_state.torsion, slot, SLOT_TORSION_FIELDS, field + ROW_TORSION_AXIS);
     Row<Real> row;
     row.a = makeEnd(h.bodyA, {}, -axis);

@@ -19,9 +19,7 @@ struct Pose {
   double w;
 };
 
-bool isFinite(float4 v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z) && std::isfinite(v.w);
-}
+bool isFinite(float4 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z) && std::isfinite(v.w); }
 
 // btTransformUtil::integrateTransform. A spin of more than a quarter of pi a step is limited, but only in the
 // angle: the sine part keeps the size that it has for the whole spin, as in Bullet.
@@ -74,8 +72,8 @@ void integratePosesReference(const StepParams& params, const std::vector<BodySte
     }
     const BodyPose newPose = {toFloat4(pose.position), toFloat4(pose.turn, pose.w)};
     const BodyVelocity newVelocity = {toFloat4(linear), toFloat4(angular)};
-    const bool finite = isFinite(newPose.position) && isFinite(newPose.orientation) &&
-                        isFinite(newVelocity.linear) && isFinite(newVelocity.angular);
+    const bool finite = isFinite(newPose.position) && isFinite(newPose.orientation) && isFinite(newVelocity.linear) &&
+                        isFinite(newVelocity.angular);
     if (!finite) {
       state.infos[i].flags |= BODY_QUARANTINED;
       state.velocities[i] = {};

@@ -14,8 +14,7 @@ void setState(BodyActivation& activation, int state) {
 float lengthSqr(float4 v) { return v.x * v.x + v.y * v.y + v.z * v.z; }
 
 // btRigidBody::updateDeactivation.
-void updateDeactivation(BodyActivation& a, const BodyVelocity& velocity, const BodyDamping& d,
-                        float timeStep) {
+void updateDeactivation(BodyActivation& a, const BodyVelocity& velocity, const BodyDamping& d, float timeStep) {
   if (a.state == STATE_SLEEPING || a.state == STATE_DISABLE_DEACTIVATION) return;
   const bool slow = lengthSqr(velocity.linear) < d.linearSleepingThreshold * d.linearSleepingThreshold &&
                     lengthSqr(velocity.angular) < d.angularSleepingThreshold * d.angularSleepingThreshold;
@@ -36,8 +35,8 @@ bool wantsSleeping(const BodyActivation& a, const StepParams& params) {
   return a.deactivationTime > params.deactivationTime;
 }
 
-void updateBody(const StepParams& params, const BodyInfo& info, const BodyDamping& damping,
-                BodyVelocity& velocity, BodyActivation& a) {
+void updateBody(const StepParams& params, const BodyInfo& info, const BodyDamping& damping, BodyVelocity& velocity,
+                BodyActivation& a) {
   updateDeactivation(a, velocity, damping, params.timeStep);
   if (!wantsSleeping(a, params)) {
     setState(a, STATE_ACTIVE);
@@ -54,8 +53,7 @@ void updateBody(const StepParams& params, const BodyInfo& info, const BodyDampin
 }  // namespace
 
 void updateActivationReference(const StepParams& params, const std::vector<BodyInfo>& infos,
-                               const std::vector<BodyDamping>& dampings,
-                               std::vector<BodyVelocity>& velocities,
+                               const std::vector<BodyDamping>& dampings, std::vector<BodyVelocity>& velocities,
                                std::vector<BodyActivation>& activations) {
   if (params.flags & STEP_HOST_ACTIVATION) return;
   for (size_t i = 0; i < infos.size(); ++i) {

@@ -15,8 +15,7 @@ namespace btgpu {
 // btDiscreteDynamicsWorld::updateActivationState. `activations`: in, as stage 55 left them; out, the state of
 // the world. Velocities of sleeping bodies become zero.
 void updateActivationReference(const StepParams& params, const std::vector<BodyInfo>& infos,
-                               const std::vector<BodyDamping>& dampings,
-                               std::vector<BodyVelocity>& velocities,
+                               const std::vector<BodyDamping>& dampings, std::vector<BodyVelocity>& velocities,
                                std::vector<BodyActivation>& activations);
 
 }  // namespace btgpu

@@ -22,9 +22,7 @@ inline Vec operator-(Vec a) { return {-a.x, -a.y, -a.z}; }
 inline Vec operator*(Vec a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 inline Vec operator/(Vec a, double s) { return {a.x / s, a.y / s, a.z / s}; }
 inline double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Vec cross(Vec a, Vec b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+inline Vec cross(Vec a, Vec b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double length(Vec a) { return std::sqrt(dot(a, a)); }
 
 inline Vec toVec(float4 v) { return {v.x, v.y, v.z}; }
@@ -38,9 +36,7 @@ struct Matrix {
   Vec column(int j) const { return {row[0][j], row[1][j], row[2][j]}; }
 };
 
-inline Vec operator*(const Matrix& m, Vec v) {
-  return {dot(m.row[0], v), dot(m.row[1], v), dot(m.row[2], v)};
-}
+inline Vec operator*(const Matrix& m, Vec v) { return {dot(m.row[0], v), dot(m.row[1], v), dot(m.row[2], v)}; }
 inline Matrix transposed(const Matrix& m) { return {{m.column(0), m.column(1), m.column(2)}}; }
 inline Matrix operator*(const Matrix& a, const Matrix& b) {
   Matrix m;

@@ -27,7 +27,7 @@ LIB void storeField3(__global float* slot, int field, float4 v) {
   storeField(slot, field + 2, v.z);
 }
 
-// ---- prepare --------------------------------------------------------------------------------------------------
+// ---- prepare
 
 // One end of a row: what the solver knows of a body when it builds rows.
 STRUCT(RowBody) {
@@ -137,7 +137,7 @@ LIB float4 anisotropic(uint flags, uint wanted, BodyMaterial m, Matrix3 rotation
   return mulMatrix(rotation, scale3(mulTransposed(rotation, direction), m.anisotropicFriction));
 }
 
-// ---- solve ----------------------------------------------------------------------------------------------------
+// ---- solve
 
 // Velocity change of the two bodies of a slot, and how they answer to impulses.
 STRUCT(SlotBodies) {

@@ -119,7 +119,8 @@ void buildMixed(Objects& o, Size n) {
   for (int y = 0; y < n.y; ++y) {
     for (int x = 0; x < n.x; ++x) {
       for (int z = 0; z < n.z; ++z) {
-        const btVector3 at(s(2.0 * (x - n.x / 2) + jitter(random)), s(1.5 + 2.0 * y), s(2.0 * (z - n.z / 2) + jitter(random)));
+        const btVector3 at(s(2.0 * (x - n.x / 2) + jitter(random)), s(1.5 + 2.0 * y),
+                           s(2.0 * (z - n.z / 2) + jitter(random)));
         const btQuaternion rotation = randomRotation(random);
         btCollisionShape* shape = nullptr;
         if ((x + y + z) % 2) {
@@ -197,16 +198,58 @@ void buildDomino(Objects& o, Size n) {
 
 const std::vector<Scene>& all() {
   static const std::vector<Scene> scenes = {
-      {"stack", "layers of boxes, every second one shifted (the paper's demo)", {8, 8, 8}, 300, kStep, {8, 0, Rest::Yes}, buildStack},
-      {"pyramid", "pyramids of X boxes at the base, Z of them", {12, 1, 2}, 300, kStep, {10, 0, Rest::Yes}, buildPyramid},
+      {"stack",
+       "layers of boxes, every second one shifted (the paper's demo)",
+       {8, 8, 8},
+       300,
+       kStep,
+       {8, 0, Rest::Yes},
+       buildStack},
+      {"pyramid",
+       "pyramids of X boxes at the base, Z of them",
+       {12, 1, 2},
+       300,
+       kStep,
+       {10, 0, Rest::Yes},
+       buildPyramid},
       {"wall", "Z walls of X by Y bricks", {12, 8, 2}, 300, kStep, {10, 0, Rest::Yes}, buildWall},
       // Stock finds one corner of a box on a plane a step, btgpu all of them: boxes that land tumble less, and a pile
       // rained on a plane stands 3.8 +- 1.7 % higher (the same rain on a box: 1.0 +- 1.3 %).
-      {"mixed", "boxes and spheres of many sizes rained on a plane", {8, 8, 8}, 600, kStep, {20, 0, Rest::Yes, 0.05}, buildMixed},
-      {"bounce", "balls and boxes with restitution from 0 to 0.9 dropped on a plane", {10, 1, 6}, 300, kStep, {40, 0, Rest::No}, buildBounce},
-      {"slope", "slabs of friction up to 1 on a slope of 1 in 2", {6, 1, 10}, 300, kStep, {40, -1e30, Rest::No}, buildSlope},
-      {"spin", "boxes with three different edges spinning freely, one row for each gyroscopic flag", {6, 1, 8}, 600, kStep, {600, -1e30, Rest::No}, buildSpin},
-      {"domino", "Z rows of X dominoes, the first of each pushed", {30, 1, 3}, 600, kStep, {30, 0, Rest::Yes}, buildDomino},
+      {"mixed",
+       "boxes and spheres of many sizes rained on a plane",
+       {8, 8, 8},
+       600,
+       kStep,
+       {20, 0, Rest::Yes, 0.05},
+       buildMixed},
+      {"bounce",
+       "balls and boxes with restitution from 0 to 0.9 dropped on a plane",
+       {10, 1, 6},
+       300,
+       kStep,
+       {40, 0, Rest::No},
+       buildBounce},
+      {"slope",
+       "slabs of friction up to 1 on a slope of 1 in 2",
+       {6, 1, 10},
+       300,
+       kStep,
+       {40, -1e30, Rest::No},
+       buildSlope},
+      {"spin",
+       "boxes with three different edges spinning freely, one row for each gyroscopic flag",
+       {6, 1, 8},
+       600,
+       kStep,
+       {600, -1e30, Rest::No},
+       buildSpin},
+      {"domino",
+       "Z rows of X dominoes, the first of each pushed",
+       {30, 1, 3},
+       600,
+       kStep,
+       {30, 0, Rest::Yes},
+       buildDomino},
   };
   return scenes;
 }

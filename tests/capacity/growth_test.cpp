@@ -221,8 +221,7 @@ TEST_F(Growth, ManifoldsOfTheStockPath) {
 // The room that a step needs, found in a world that has plenty.
 class ExactRoom : public Growth {
  protected:
-  void expectFits(const WorldInput& world, const Capacities& room, const StepResults& expected,
-                  const char* what) {
+  void expectFits(const WorldInput& world, const Capacities& room, const StepResults& expected, const char* what) {
     RoomyWorld roomy(queue(), room);
     const StepResults r = roomy.step(world, settings());
     EXPECT_EQ(r.counters.overflow, 0u) << what;

@@ -212,8 +212,7 @@ TEST_F(OutOfMemory, AtALaunch) {
     EXPECT_GE(FailingOpenCl::failures(), 1) << k;
     expectReported(w, 2, "CL_MEM_OBJECT_ALLOCATION_FAILURE");
     const auto a = statesOf(w.objects), b = statesOf(stock.objects);
-    for (size_t i = 0; i < a.size(); ++i)
-      expectSame(a[i], b[i], std::to_string(k) + ", body " + std::to_string(i));
+    for (size_t i = 0; i < a.size(); ++i) expectSame(a[i], b[i], std::to_string(k) + ", body " + std::to_string(i));
     FailingOpenCl::reset();
   }
 }

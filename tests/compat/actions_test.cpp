@@ -202,12 +202,10 @@ TEST(Vehicle, DrivesAsInStock) {
     gpu.drive(frame);
     stock.drive(frame);
   }
-  const btVector3 a = gpu.chassis->getWorldTransform().getOrigin(),
-                  b = stock.chassis->getWorldTransform().getOrigin();
+  const btVector3 a = gpu.chassis->getWorldTransform().getOrigin(), b = stock.chassis->getWorldTransform().getOrigin();
   EXPECT_GT(double(b.length()), 5) << "it should have driven away";
   EXPECT_LE(distance(a, b), floatNoise(180, 10));
-  EXPECT_LE(distance(gpu.chassis->getLinearVelocity(), stock.chassis->getLinearVelocity()),
-            floatNoise(180, 10));
+  EXPECT_LE(distance(gpu.chassis->getLinearVelocity(), stock.chassis->getLinearVelocity()), floatNoise(180, 10));
   for (int wheel = 0; wheel < 4; ++wheel) {
     EXPECT_EQ(gpu.vehicle->getWheelInfo(wheel).m_raycastInfo.m_isInContact,
               stock.vehicle->getWheelInfo(wheel).m_raycastInfo.m_isInContact);
@@ -259,8 +257,7 @@ TEST(Character, WalksAsInStock) {
     };
     walk(gpu);
     walk(stock);
-    const btVector3 a = gpu.ghost.getWorldTransform().getOrigin(),
-                    b = stock.ghost.getWorldTransform().getOrigin();
+    const btVector3 a = gpu.ghost.getWorldTransform().getOrigin(), b = stock.ghost.getWorldTransform().getOrigin();
     ASSERT_LE(distance(a, b), 0.01) << "frame " << frame;  // the controller's own sweeps stop 0.02 short
   }
   EXPECT_GT(double(stock.ghost.getWorldTransform().getOrigin().x()), 2);

@@ -29,8 +29,7 @@ OVERRIDING(Activating, updateActivationState, (btScalar timeStep), timeStep);
 
 template <typename World>
 class OverriddenStage : public testing::Test {};
-using Worlds =
-    testing::Types<Predicting, PredictingContacts, Colliding, Grouping, Solving, Integrating, Activating>;
+using Worlds = testing::Types<Predicting, PredictingContacts, Colliding, Grouping, Solving, Integrating, Activating>;
 TYPED_TEST_SUITE(OverriddenStage, Worlds);
 
 TYPED_TEST(OverriddenStage, IsCalled) {

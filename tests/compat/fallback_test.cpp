@@ -24,8 +24,8 @@ btScalar s(double v) { return static_cast<btScalar>(v); }
 // Calls of the application's callbacks, to see that they are made as often as in stock.
 int calls = 0;
 
-bool countContact(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
-                  const btCollisionObjectWrapper*, int, int) {
+bool countContact(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int, const btCollisionObjectWrapper*,
+                  int, int) {
   ++calls;
   point.m_combinedFriction = s(0.1);
   return true;
@@ -107,8 +107,7 @@ struct Lab {
     } else {
       lab->dispatcher = std::make_unique<btCollisionDispatcher>(configuration);
     }
-    lab->world =
-        std::make_unique<World>(lab->dispatcher.get(), &lab->broadphase, &lab->solver, configuration);
+    lab->world = std::make_unique<World>(lab->dispatcher.get(), &lab->broadphase, &lab->solver, configuration);
     lab->build();
     return lab;
   }
@@ -260,8 +259,8 @@ constexpr const char* kNotYet = "not on the device yet";
 constexpr const char* kStockOnly = "called on the stock path only";
 
 // Shapes that the device does not collide. Meshes and the like are static, as they have to be.
-Cause shape(const std::string& name, const std::string& bulletName,
-            const std::function<btCollisionShape*(Lab&)>& make, double mass = 1) {
+Cause shape(const std::string& name, const std::string& bulletName, const std::function<btCollisionShape*(Lab&)>& make,
+            double mass = 1) {
   return {name, bulletName + " shape", kNotYet, [=](Lab& lab) { lab.addShape(make(lab), mass); },
           [](Lab& lab) { lab.removeShape(); }};
 }
@@ -310,8 +309,8 @@ const Cause kShapes[] = {
     shape("ConvexHull", "Convex", [](Lab& lab) { return hull(lab); }),
     shape("Compound", "Compound", [](Lab& lab) { return compound(lab); }),
     shape(
-        "TriangleMesh", "BVHTRIANGLEMESH",
-        [](Lab& lab) { return lab.shape<btBvhTriangleMeshShape>(mesh(lab), true); }, 0),
+        "TriangleMesh", "BVHTRIANGLEMESH", [](Lab& lab) { return lab.shape<btBvhTriangleMeshShape>(mesh(lab), true); },
+        0),
     shape(
         "ScaledMesh", "SCALEDBVHTRIANGLEMESH",
         [](Lab& lab) {
@@ -319,8 +318,7 @@ const Cause kShapes[] = {
                                                          btVector3(2, 1, 1));
         },
         0),
-    shape("ConvexMesh", "ConvexTrimesh",
-          [](Lab& lab) { return lab.shape<btConvexTriangleMeshShape>(mesh(lab)); }),
+    shape("ConvexMesh", "ConvexTrimesh", [](Lab& lab) { return lab.shape<btConvexTriangleMeshShape>(mesh(lab)); }),
     shape("HeightField", "HEIGHTFIELD", heightField, 0),
     shape("MultiSphere", "MultiSphere", spheres),
     shape("Empty", "Empty", [](Lab& lab) { return lab.shape<btEmptyShape>(); }),
@@ -393,8 +391,7 @@ const Cause kSolver[] = {
 INSTANTIATE_TEST_SUITE_P(Solver, Fallback, testing::ValuesIn(kSolver), nameOf);
 
 void setCustomMaterial(Lab& lab) {
-  lab.bodies[1]->setCollisionFlags(lab.bodies[1]->getCollisionFlags() |
-                                   btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  lab.bodies[1]->setCollisionFlags(lab.bodies[1]->getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
   gContactAddedCallback = countContact;
 }
 
@@ -414,11 +411,10 @@ const Cause kCallbacks[] = {
     {"ContactAdded", "gContactAddedCallback", kStockOnly, setCustomMaterial,
      [](Lab&) { gContactAddedCallback = nullptr; }, Lab::Kind::Ordinary, true},
     {"ContactProcessed", "gContactProcessedCallback", kStockOnly,
-     [](Lab&) { gContactProcessedCallback = countProcessed; },
-     [](Lab&) { gContactProcessedCallback = nullptr; }, Lab::Kind::Ordinary, true},
-    {"ContactStarted", "gContactStartedCallback", kStockOnly,
-     [](Lab&) { gContactStartedCallback = countStarted; }, [](Lab&) { gContactStartedCallback = nullptr; },
+     [](Lab&) { gContactProcessedCallback = countProcessed; }, [](Lab&) { gContactProcessedCallback = nullptr; },
      Lab::Kind::Ordinary, true},
+    {"ContactStarted", "gContactStartedCallback", kStockOnly, [](Lab&) { gContactStartedCallback = countStarted; },
+     [](Lab&) { gContactStartedCallback = nullptr; }, Lab::Kind::Ordinary, true},
     {"ContactEnded", "gContactEndedCallback", kStockOnly, [](Lab&) { gContactEndedCallback = countEnded; },
      [](Lab&) { gContactEndedCallback = nullptr; }},
     combining("CombineFriction", &gCalculateCombinedFrictionCallback),
@@ -429,12 +425,11 @@ const Cause kCallbacks[] = {
     combining("CombineStiffness", &gCalculateCombinedContactStiffnessCallback),
     {"NearCallback", "near callback", "set by the application",
      [](Lab& lab) { lab.dispatcher->setNearCallback(nearCallback); },
-     [](Lab& lab) { lab.dispatcher->setNearCallback(btCollisionDispatcher::defaultNearCallback); },
-     Lab::Kind::Ordinary, true},
+     [](Lab& lab) { lab.dispatcher->setNearCallback(btCollisionDispatcher::defaultNearCallback); }, Lab::Kind::Ordinary,
+     true},
     {"OverlapFilter", "overlap filter callback", kStockOnly,
      [](Lab& lab) { lab.world->getPairCache()->setOverlapFilterCallback(&lab.filter); },
-     [](Lab& lab) { lab.world->getPairCache()->setOverlapFilterCallback(nullptr); }, Lab::Kind::Ordinary,
-     true},
+     [](Lab& lab) { lab.world->getPairCache()->setOverlapFilterCallback(nullptr); }, Lab::Kind::Ordinary, true},
     {"RegisteredAlgorithm", "collision algorithm", "registered by the application",
      [](Lab& lab) {
        lab.dispatcher->registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &lab.boxBox);
@@ -472,15 +467,12 @@ const Cause kObjects[] = {
      [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true); },
      [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, false); }},
     {"MovingPlane", "plane on a body that moves", "Bullet's planes are static",
-     [](Lab& lab) {
-       lab.body = lab.objects->add(1, lab.objects->plane(btVector3(0, 1, 0), 0), btVector3(0, -30, 0));
-     },
+     [](Lab& lab) { lab.body = lab.objects->add(1, lab.objects->plane(btVector3(0, 1, 0), 0), btVector3(0, -30, 0)); },
      [](Lab& lab) { lab.removeShape(); }},
     {"SoftBody", "soft body", kNotYet, [](Lab& lab) { lab.addObject(btCollisionObject::CO_SOFT_BODY); },
      [](Lab& lab) { lab.removeObject(); }},
     {"MultibodyLink", "multibody link", kNotYet,
-     [](Lab& lab) { lab.addObject(btCollisionObject::CO_FEATHERSTONE_LINK); },
-     [](Lab& lab) { lab.removeObject(); }},
+     [](Lab& lab) { lab.addObject(btCollisionObject::CO_FEATHERSTONE_LINK); }, [](Lab& lab) { lab.removeObject(); }},
     {"OwnType", "collision object of the application's own type", kNotYet,
      [](Lab& lab) { lab.addObject(btCollisionObject::CO_USER_TYPE); }, [](Lab& lab) { lab.removeObject(); }},
 };

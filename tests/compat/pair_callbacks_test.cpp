@@ -114,17 +114,15 @@ TEST(PairCallbacks, OfAnAxisSweep) {
     trigger.trigger = objects.add(0, objects.box(btVector3(2, 1, 2)), btVector3(0, 0, 0));
     trigger.sleeper = trigger.trigger;
     trigger.visitor = objects.add(1, box, btVector3(0, 3, 0));
-    trigger.effect = [](btRigidBody&, btRigidBody& visitor) {
-      visitor.setLinearVelocity(btVector3(2, 5, 0));
-    };
+    trigger.effect = [](btRigidBody&, btRigidBody& visitor) { visitor.setLinearVelocity(btVector3(2, 5, 0)); };
     broadphase.setOverlappingPairUserCallback(&trigger);
     for (int i = 0; i < 50; ++i) world.stepSimulation(s(1.0 / 60), 0);
     EXPECT_GT(trigger.added, 0);
     broadphase.setOverlappingPairUserCallback(nullptr);
     return stateOf(*trigger.visitor);
   };
-  expectNear(run(static_cast<btGpuDynamicsWorld*>(nullptr)),
-             run(static_cast<btDiscreteDynamicsWorld*>(nullptr)), floatNoise(50, 10), "visitor");
+  expectNear(run(static_cast<btGpuDynamicsWorld*>(nullptr)), run(static_cast<btDiscreteDynamicsWorld*>(nullptr)),
+             floatNoise(50, 10), "visitor");
 }
 
 }  // namespace

@@ -202,8 +202,7 @@ TEST(Queries, TurnedOff) {
   gpu.w.run(60);
   with.w.run(60);
   for (size_t i = 0; i < 7; ++i) {
-    expectSame(stateOf(*gpu.w.objects.bodies()[i]), stateOf(*with.w.objects.bodies()[i]),
-               "body " + std::to_string(i));
+    expectSame(stateOf(*gpu.w.objects.bodies()[i]), stateOf(*with.w.objects.bodies()[i]), "body " + std::to_string(i));
   }
   expectAllOnDevice(gpu.w.world);
   // Turned on again, they are right after the next step.
@@ -240,8 +239,7 @@ struct Ghosts {
     add(plain, w.objects.box(btVector3(30, 1, 3)), btVector3(0, 2, 0));
   }
   ~Ghosts() {
-    for (btGhostObject* ghost :
-         {static_cast<btGhostObject*>(&column), static_cast<btGhostObject*>(&mover), &plain}) {
+    for (btGhostObject* ghost : {static_cast<btGhostObject*>(&column), static_cast<btGhostObject*>(&mover), &plain}) {
       w.world.removeCollisionObject(ghost);
     }
   }

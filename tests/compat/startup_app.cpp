@@ -27,7 +27,8 @@ struct Run {
     auto* ball = objects.sphere(btScalar(0.5));
     for (int i = 0; i < 60; ++i) {
       btCollisionShape* shape = i % 2 ? static_cast<btCollisionShape*>(box) : ball;
-      objects.add(1, shape, btVector3(btScalar(0.9 * (i % 4)), btScalar(0.6 + 1.1 * (i / 16)), btScalar(0.8 * (i / 4 % 4))));
+      objects.add(1, shape,
+                  btVector3(btScalar(0.9 * (i % 4)), btScalar(0.6 + 1.1 * (i / 16)), btScalar(0.8 * (i / 4 % 4))));
     }
   }
   void step(int count) {
@@ -57,7 +58,8 @@ bool sameBits(const btRigidBody& a, const btRigidBody& b) {
 double meanDistance(const scenes::Objects& a, const scenes::Objects& b) {
   double sum = 0;
   for (size_t i = 0; i < a.bodies().size(); ++i) {
-    sum += double((a.bodies()[i]->getWorldTransform().getOrigin() - b.bodies()[i]->getWorldTransform().getOrigin()).length());
+    sum += double(
+        (a.bodies()[i]->getWorldTransform().getOrigin() - b.bodies()[i]->getWorldTransform().getOrigin()).length());
   }
   return sum / double(a.bodies().size());
 }

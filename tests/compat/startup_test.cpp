@@ -96,7 +96,7 @@ TEST(Startup, LoaderWithoutDevice) {
   expectStockPath(run, "no OpenCL device");
 }
 
-// ---- the kernel cache -------------------------------------------------------------------------------------------
+// ---- the kernel cache
 
 std::vector<fs::path> entries(const std::string& folder) {
   std::vector<fs::path> files;
@@ -108,10 +108,18 @@ std::vector<fs::path> entries(const std::string& folder) {
 void damage(const fs::path& path, size_t kind) {
   std::string content = readFile(path);
   switch (kind % 4) {
-    case 0: content[content.size() / 2] = static_cast<char>(content[content.size() / 2] ^ 0x10); break;
-    case 1: content.resize(content.size() / 3); break;
-    case 2: content.clear(); break;
-    case 3: std::fill(content.begin(), content.end(), '\xff'); break;
+    case 0:
+      content[content.size() / 2] = static_cast<char>(content[content.size() / 2] ^ 0x10);
+      break;
+    case 1:
+      content.resize(content.size() / 3);
+      break;
+    case 2:
+      content.clear();
+      break;
+    case 3:
+      std::fill(content.begin(), content.end(), '\xff');
+      break;
   }
   writeFile(path, content);
 }

@@ -24,9 +24,7 @@ class RecordingMotionState : public btMotionState {
     transform = m_transform;
     m_calls.push_back({'g', m_body, transform});
   }
-  void setWorldTransform(const btTransform& transform) override {
-    m_calls.push_back({'s', m_body, transform});
-  }
+  void setWorldTransform(const btTransform& transform) override { m_calls.push_back({'s', m_body, transform}); }
   btTransform& transform() { return m_transform; }
 
  private:
@@ -74,8 +72,8 @@ struct Scene {
 
   btRigidBody* add(btCollisionShape* shape, const btVector3& at) {
     btRigidBody* body = w.objects.add(1, shape, at);
-    states.push_back(std::make_unique<RecordingMotionState>(static_cast<int>(bodies.size()),
-                                                            body->getWorldTransform(), calls));
+    states.push_back(
+        std::make_unique<RecordingMotionState>(static_cast<int>(bodies.size()), body->getWorldTransform(), calls));
     body->setMotionState(states.back().get());
     bodies.push_back(body);
     return body;
@@ -103,10 +101,8 @@ void expectSameCalls(const std::vector<Call>& ours, const std::vector<Call>& sto
   for (size_t i = 0; i < ours.size(); ++i) {
     ASSERT_EQ(ours[i].what, stock[i].what) << "call " << i;
     ASSERT_EQ(ours[i].body, stock[i].body) << "call " << i;
-    ASSERT_LE(distance(ours[i].transform.getOrigin(), stock[i].transform.getOrigin()), tolerance)
-        << "call " << i;
-    ASSERT_LE(distance(ours[i].transform.getBasis(), stock[i].transform.getBasis()), tolerance)
-        << "call " << i;
+    ASSERT_LE(distance(ours[i].transform.getOrigin(), stock[i].transform.getOrigin()), tolerance) << "call " << i;
+    ASSERT_LE(distance(ours[i].transform.getBasis(), stock[i].transform.getBasis()), tolerance) << "call " << i;
   }
 }
 
@@ -147,18 +143,15 @@ const Case kCases[] = {
     {"FixedSteps", [](auto& w, int) { return w.stepSimulation(s(kStep), 10, s(kStep)); }, 40},
     {"SmallerFixedSteps", [](auto& w, int) { return w.stepSimulation(s(kStep), 10, s(1.0 / 250)); }, 20},
     {"LargerFixedSteps", [](auto& w, int) { return w.stepSimulation(s(1.0 / 144), 4, s(kStep)); }, 40},
-    {"OneStepOfTheFrame",
-     [](auto& w, int f) { return w.stepSimulation(s(unevenFrame(f)), 1, s(unevenFrame(f))); }, 40},
+    {"OneStepOfTheFrame", [](auto& w, int f) { return w.stepSimulation(s(unevenFrame(f)), 1, s(unevenFrame(f))); }, 40},
     {"NoSubsteps", [](auto& w, int) { return w.stepSimulation(s(kStep), 0); }, 40},
     {"NoSubstepsUneven", [](auto& w, int f) { return w.stepSimulation(s(unevenFrame(f)), 0, 0); }, 40},
     {"UnevenFrames", [](auto& w, int f) { return w.stepSimulation(s(unevenFrame(f)), 4, s(kStep)); }, 60},
-    {"TooFewSubsteps", [](auto& w, int f) { return w.stepSimulation(s(unevenFrame(f)), 1, s(1.0 / 120)); },
-     40},
+    {"TooFewSubsteps", [](auto& w, int f) { return w.stepSimulation(s(unevenFrame(f)), 1, s(1.0 / 120)); }, 40},
     {"Defaults", [](auto& w, int f) { return w.stepSimulation(s(unevenFrame(f))); }, 40},
-    {"ZeroTime",
-     [](auto& w, int f) { return w.stepSimulation(s(f % 2 ? 0 : kStep), f % 3 ? 2 : 0, s(kStep)); }, 30},
-    {"VaryingFixedStep",
-     [](auto& w, int f) { return w.stepSimulation(s(kStep), 5, s(f % 2 ? 1.0 / 60 : 1.0 / 90)); }, 40},
+    {"ZeroTime", [](auto& w, int f) { return w.stepSimulation(s(f % 2 ? 0 : kStep), f % 3 ? 2 : 0, s(kStep)); }, 30},
+    {"VaryingFixedStep", [](auto& w, int f) { return w.stepSimulation(s(kStep), 5, s(f % 2 ? 1.0 / 60 : 1.0 / 90)); },
+     40},
 };
 
 class Stepping : public testing::TestWithParam<Case> {};
@@ -172,14 +165,11 @@ TEST_P(Stepping, AllMotionStates) {
 }
 
 TEST_P(Stepping, WithoutLatency) {
-  compare(GetParam(),
-          [](btDiscreteDynamicsWorld& world) { world.setLatencyMotionStateInterpolation(false); });
+  compare(GetParam(), [](btDiscreteDynamicsWorld& world) { world.setLatencyMotionStateInterpolation(false); });
 }
 
 INSTANTIATE_TEST_SUITE_P(Patterns, Stepping, testing::ValuesIn(kCases),
-                         [](const testing::TestParamInfo<Case>& test) {
-                           return std::string(test.param.name);
-                         });
+                         [](const testing::TestParamInfo<Case>& test) { return std::string(test.param.name); });
 
 // A time step that is no positive number is the stock path's business.
 TEST(SteppingOdd, NegativeTime) {
@@ -194,8 +184,7 @@ TEST(SteppingOdd, NegativeTime) {
   stock.w.run(5);
   EXPECT_EQ(gpu.w.world.statistics().m_deviceSteps, 10u);
   for (const size_t i : {0u, 1u}) {
-    expectNear(stateOf(*gpu.bodies[i]), stateOf(*stock.bodies[i]), floatNoise(11, 40),
-               "body " + std::to_string(i));
+    expectNear(stateOf(*gpu.bodies[i]), stateOf(*stock.bodies[i]), floatNoise(11, 40), "body " + std::to_string(i));
   }
 }
 

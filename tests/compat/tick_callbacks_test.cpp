@@ -80,8 +80,7 @@ struct Scene : SceneBase {
     world->setGravity(btVector3(0, -10, 0));
     w.objects.add(0, w.objects.plane(btVector3(0, 1, 0), 0), btVector3(0, 0, 0));
     ball = w.objects.sphere(btScalar(0.5));
-    for (int i = 0; i < 6; ++i)
-      bodies.push_back(newBall(btVector3(btScalar(2 * i), btScalar(i < 2 ? 0.7 : 10), 0)));
+    for (int i = 0; i < 6; ++i) bodies.push_back(newBall(btVector3(btScalar(2 * i), btScalar(i < 2 ? 0.7 : 10), 0)));
     bodies[0]->setMotionState(this);
     if (withAction) world->addAction(this);
     world->setInternalTickCallback(pre, static_cast<SceneBase*>(this), true);
@@ -127,8 +126,7 @@ void expectSameStory(const SceneBase& ours, const SceneBase& stock, double toler
 }
 
 void expectWay(const btGpuDynamicsWorld& world, Way way, int substeps) {
-  EXPECT_EQ(world.statistics().m_deviceSteps, way == Way::Device ? unsigned(substeps) : 0u)
-      << reportText(world);
+  EXPECT_EQ(world.statistics().m_deviceSteps, way == Way::Device ? unsigned(substeps) : 0u) << reportText(world);
   EXPECT_EQ(world.statistics().m_stockSteps, way == Way::Fallback ? unsigned(substeps) : 0u);
 }
 
@@ -156,8 +154,7 @@ TEST_P(TickCallbacks, WithoutActions) { compare(GetParam(), 20, nullptr, nullptr
 
 TEST_P(TickCallbacks, ChangeStatesOfBodies) {
   compare(
-      GetParam(), 10,
-      [](SceneBase& s, int tick) { s.bodies[2]->applyCentralForce(btVector3(btScalar(tick), 0, 3)); },
+      GetParam(), 10, [](SceneBase& s, int tick) { s.bodies[2]->applyCentralForce(btVector3(btScalar(tick), 0, 3)); },
       [](SceneBase& s, int tick) {
         s.bodies[3]->setLinearVelocity(btVector3(btScalar(tick), 0, 1));
         btTransform t = s.bodies[4]->getWorldTransform();
@@ -183,8 +180,7 @@ TEST_P(TickCallbacks, RemoveAndDeleteBodiesBefore) {
   compare(
       GetParam(), 15,
       [](SceneBase& s, int tick) {
-        if (tick % 4 == 1)
-          replaceBody(s, 1 + size_t(tick / 4) % 4, btVector3(btScalar(20 + tick), btScalar(0.6), 0));
+        if (tick % 4 == 1) replaceBody(s, 1 + size_t(tick / 4) % 4, btVector3(btScalar(20 + tick), btScalar(0.6), 0));
       },
       nullptr);
 }
@@ -205,8 +201,7 @@ TEST_P(TickCallbacks, SetAndClearCallbacksBefore) {
       GetParam(), 12,
       [](SceneBase& s, int tick) {
         if (tick == 2) s.world->setInternalTickCallback(nullptr, &s, false);
-        if (tick == 2 && s.events.size() > 40)
-          s.world->setInternalTickCallback(SceneBase::otherPost, &s, false);
+        if (tick == 2 && s.events.size() > 40) s.world->setInternalTickCallback(SceneBase::otherPost, &s, false);
         if (s.events.size() > 60) s.world->setInternalTickCallback(SceneBase::otherPre, &s, true);
       },
       nullptr);
@@ -303,8 +298,7 @@ TEST(ThrowingInMidStep, LosesOneSubstep) {
       scenes::Objects objects(*world);
       btSphereShape* ball = objects.sphere(btScalar(0.5));
       for (int i = 0; i < 4; ++i)
-        objects.add(1, ball, btVector3(btScalar(2 * i), 0, 0))
-            ->setLinearVelocity(btVector3(0, btScalar(i), 0));
+        objects.add(1, ball, btVector3(btScalar(2 * i), 0, 0))->setLinearVelocity(btVector3(0, btScalar(i), 0));
       for (int i = 0; i < 30; ++i) {
         broadphase.armed = i == 10 || i == 11 || i == 20;
         try {

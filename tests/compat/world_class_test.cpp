@@ -133,8 +133,7 @@ TEST(WorldClass, DeviceThatIsNotThere) {
 // destructor would follow their pointers, so those who delete bodies first empty the arrays (VDrift does).
 TEST(WorldClass, DestroyedLast) {
   auto parts = std::make_unique<Parts>();
-  auto* world =
-      new btGpuDynamicsWorld(&parts->dispatcher, &parts->broadphase, &parts->solver, &parts->configuration);
+  auto* world = new btGpuDynamicsWorld(&parts->dispatcher, &parts->broadphase, &parts->solver, &parts->configuration);
   auto* shape = new btBoxShape(btVector3(1, 1, 1));
   std::vector<btRigidBody*> bodies;
   for (int i = 0; i < 4; ++i) {
@@ -157,8 +156,8 @@ TEST(WorldClass, DestroyedLast) {
 TEST(WorldClass, NewWorldAtTheSameAddress) {
   alignas(btGpuDynamicsWorld) static unsigned char place[sizeof(btGpuDynamicsWorld)];
   Parts parts;
-  auto* first = new (place)
-      btGpuDynamicsWorld(&parts.dispatcher, &parts.broadphase, &parts.solver, &parts.configuration);
+  auto* first =
+      new (place) btGpuDynamicsWorld(&parts.dispatcher, &parts.broadphase, &parts.solver, &parts.configuration);
   {
     btGpuSettings settings;
     settings.m_stockOnly = true;
@@ -171,8 +170,8 @@ TEST(WorldClass, NewWorldAtTheSameAddress) {
   first->btDiscreteDynamicsWorld::~btDiscreteDynamicsWorld();  // ours does not run
 
   Parts newParts;
-  auto* second = new (place) btGpuDynamicsWorld(&newParts.dispatcher, &newParts.broadphase, &newParts.solver,
-                                                &newParts.configuration);
+  auto* second = new (place)
+      btGpuDynamicsWorld(&newParts.dispatcher, &newParts.broadphase, &newParts.solver, &newParts.configuration);
   EXPECT_EQ(second->statistics().m_deviceSteps, 0u);
   EXPECT_TRUE(second->fallbackReport().empty()) << reportText(*second);
   StockWorld stock;
@@ -192,8 +191,8 @@ TEST(WorldClass, ManyWorldsOneAfterTheOther) {
   alignas(btGpuDynamicsWorld) static unsigned char place[sizeof(btGpuDynamicsWorld)];
   for (int i = 0; i < 5; ++i) {
     Parts parts;
-    auto* world = new (place)
-        btGpuDynamicsWorld(&parts.dispatcher, &parts.broadphase, &parts.solver, &parts.configuration);
+    auto* world =
+        new (place) btGpuDynamicsWorld(&parts.dispatcher, &parts.broadphase, &parts.solver, &parts.configuration);
     {
       const FallingBox scene(*world, 1 + i);
       step(*world, 2);

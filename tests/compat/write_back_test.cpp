@@ -82,8 +82,7 @@ TEST(WriteBack, FreeBodies) {
         b->setAngularVelocity(btVector3(0, 2, 0));
         b = y.add("without gravity", 1, y.box, btVector3(15, 20, 0));
         b->setFlags(b->getFlags() | BT_DISABLE_WORLD_GRAVITY);
-        b->setGravity(
-            btVector3(0, 0, s(1.01)));  // at 1 its speed would come to the sleeping threshold exactly
+        b->setGravity(btVector3(0, 0, s(1.01)));  // at 1 its speed would come to the sleeping threshold exactly
         b = y.add("always awake", 1, y.ball, btVector3(20, 20, 0));
         b->setActivationState(DISABLE_DEACTIVATION);
         b = y.add("out of the simulation", 1, y.ball, btVector3(25, 20, 0));
@@ -167,9 +166,7 @@ TEST(WriteBack, WokenByAnother) {
 struct MovingState : btMotionState {
   btTransform transform = btTransform::getIdentity();
   void getWorldTransform(btTransform& t) const override { t = transform; }
-  void setWorldTransform(const btTransform&) override {
-    ADD_FAILURE() << "a kinematic body is not written to";
-  }
+  void setWorldTransform(const btTransform&) override { ADD_FAILURE() << "a kinematic body is not written to"; }
 };
 
 // Kinematic bodies: the velocity comes from saveKinematicState, with and without a motion state.

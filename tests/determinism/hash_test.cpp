@@ -34,15 +34,14 @@ RunOutcome runHere(const RunPlan& plan) {
 RunOutcome runElsewhere(const RunPlan& plan, const std::vector<std::string>& environment) {
   RunOptions options;
   options.environment = environment;
-  const Finished f =
-      runProgram({HASH_RUN, plan.scene, std::to_string(plan.size.x), std::to_string(plan.size.y),
-                  std::to_string(plan.size.z), std::to_string(plan.steps)},
-                 options);
+  const Finished f = runProgram({HASH_RUN, plan.scene, std::to_string(plan.size.x), std::to_string(plan.size.y),
+                                 std::to_string(plan.size.z), std::to_string(plan.steps)},
+                                options);
   EXPECT_EQ(f.exitCode, 0) << f.err;
   RunOutcome o;
   std::istringstream line(f.out);
-  line >> std::hex >> o.hash >> std::dec >> o.deviceSteps >> o.stockSteps >> o.repeatedSteps >> o.colours >>
-      o.asleep >> o.programsBuilt >> o.programsLoaded;
+  line >> std::hex >> o.hash >> std::dec >> o.deviceSteps >> o.stockSteps >> o.repeatedSteps >> o.colours >> o.asleep >>
+      o.programsBuilt >> o.programsLoaded;
   EXPECT_TRUE(line) << f.out;
   return o;
 }
@@ -79,8 +78,7 @@ TEST(Determinism, SameProcess) {
 
 TEST(Determinism, NumberOfThreads) {
   for (const char* threads : {"POCL_MAX_PTHREAD_COUNT=1", "POCL_MAX_PTHREAD_COUNT=2"}) {
-    const RunOutcome a = runElsewhere(kStack, {threads, manyItems()}),
-                     b = runElsewhere(kMixed, {threads, manyItems()});
+    const RunOutcome a = runElsewhere(kStack, {threads, manyItems()}), b = runElsewhere(kMixed, {threads, manyItems()});
     expectAllSteps(a);
     expectAllSteps(b);
     EXPECT_EQ(a.hash, stack().hash) << threads;

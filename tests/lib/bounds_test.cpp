@@ -22,8 +22,7 @@ Shape makeShape(int type, float margin, float4 extents) {
   return s;
 }
 
-void expectAabbAsStock(const Shape& shape, const btCollisionShape& stock, const BodyPose& pose,
-                       double tolerance) {
+void expectAabbAsStock(const Shape& shape, const btCollisionShape& stock, const BodyPose& pose, double tolerance) {
   btVector3 lower, upper;
   stock.getAabb(toBullet(pose), lower, upper);
   const Aabb box = shapeAabb(shape, pose);
@@ -53,8 +52,7 @@ TEST(Bounds, BoxAabb) {
     if (n % 10 == 0) pose.orientation = F4(0, 0, 0, 1);
     const btBoxShape stock(toBullet(half));
     const double size = half.x + half.y + half.z;
-    expectAabbAsStock(makeShape(SHAPE_BOX, stock.getMargin(), half), stock, pose,
-                      kRounding * (26 * size + 51));
+    expectAabbAsStock(makeShape(SHAPE_BOX, stock.getMargin(), half), stock, pose, kRounding * (26 * size + 51));
   }
 }
 
@@ -80,8 +78,7 @@ TEST(Bounds, OverlapAsStock) {
   int overlaps = 0, touching = 0;
   for (int n = 0; n < 20000; ++n) {
     const Aabb a = randomAabb(random), b = randomAabb(random);
-    const bool stock =
-        TestAabbAgainstAabb2(toBullet(a.lower), toBullet(a.upper), toBullet(b.lower), toBullet(b.upper));
+    const bool stock = TestAabbAgainstAabb2(toBullet(a.lower), toBullet(a.upper), toBullet(b.lower), toBullet(b.upper));
     ASSERT_EQ(overlapAabb(a, b) != 0, stock);
     ASSERT_EQ(overlapAabb(b, a) != 0, stock);
     overlaps += stock;

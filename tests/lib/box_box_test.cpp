@@ -13,10 +13,9 @@
 
 // Exported by libBulletCollision, but declared in btBoxBoxDetector.cpp only. Rotations are 3 rows of 4; codes
 // are 1-3 for faces of box 1, 4-6 for faces of box 2, 7-15 for edges.
-int dBoxBox2(const btVector3& p1, const btScalar* R1, const btVector3& side1, const btVector3& p2,
-             const btScalar* R2, const btVector3& side2, btVector3& normal, btScalar* depth, int* returnCode,
-             int maxContacts, struct dContactGeom* contact, int skip,
-             btDiscreteCollisionDetectorInterface::Result& output);
+int dBoxBox2(const btVector3& p1, const btScalar* R1, const btVector3& side1, const btVector3& p2, const btScalar* R2,
+             const btVector3& side2, btVector3& normal, btScalar* depth, int* returnCode, int maxContacts,
+             struct dContactGeom* contact, int skip, btDiscreteCollisionDetectorInterface::Result& output);
 
 namespace btgpu {
 namespace {
@@ -69,8 +68,8 @@ StockResult runStock(const BoxPair& p) {
   btVector3 normal(0, 0, 0);
   btScalar depth = 0;
   int code = 0;
-  const int count = dBoxBox2(a.getOrigin(), r1, toBullet(p.a) * 2, b.getOrigin(), r2, toBullet(p.b) * 2,
-                             normal, &depth, &code, 8, nullptr, 0, collector);
+  const int count = dBoxBox2(a.getOrigin(), r1, toBullet(p.a) * 2, b.getOrigin(), r2, toBullet(p.b) * 2, normal, &depth,
+                             &code, 8, nullptr, 0, collector);
   StockResult result;
   if (count == 0) return result;
   result.code = code - 1;
@@ -87,8 +86,7 @@ SeparatingAxis findAxis(const BoxPair& p) {
 
 RawContacts findContacts(const BoxPair& p, const SeparatingAxis& axis) {
   RawContacts raw = noContacts();
-  const Matrix3 ra = matrixFromQuaternion(p.poseA.orientation),
-                rb = matrixFromQuaternion(p.poseB.orientation);
+  const Matrix3 ra = matrixFromQuaternion(p.poseA.orientation), rb = matrixFromQuaternion(p.poseB.orientation);
   if (axis.code >= 6) {
     collideEdges(p.a, ra, p.b, rb, p.bFromA(), axis, &raw);
   } else if (axis.code >= 0) {
@@ -197,8 +195,7 @@ void expectSameCorners(const BoxPair& p, const StockResult& stock, const RawCont
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       // Edges as seen along the normal; those along it do not show.
-      const Double3 u = column(ra, i) - n * dot(column(ra, i), n),
-                    v = column(rb, j) - n * dot(column(rb, j), n);
+      const Double3 u = column(ra, i) - n * dot(column(ra, i), n), v = column(rb, j) - n * dot(column(rb, j), n);
       if (length(u) < 0.1 || length(v) < 0.1) continue;
       const double s = length(cross(u, v)) / (length(u) * length(v));
       if (s > 1e-6) sine = std::fmin(sine, s);  // parallel lines do not meet at all
@@ -210,9 +207,7 @@ void expectSameCorners(const BoxPair& p, const StockResult& stock, const RawCont
   const auto own = asContacts(raw);
   // Corners just on the face's plane may be kept by one side only.
   for (const Contact& c : stock.contacts) {
-    if (c.distance < -tolerance) {
-      EXPECT_LT(nearestDistance(c.pointOnB, own), tolerance) << "a corner is missing";
-    }
+    if (c.distance < -tolerance) { EXPECT_LT(nearestDistance(c.pointOnB, own), tolerance) << "a corner is missing"; }
   }
   for (const Contact& c : own) {
     EXPECT_LE(c.distance, 0) << "above the face";
@@ -222,8 +217,8 @@ void expectSameCorners(const BoxPair& p, const StockResult& stock, const RawCont
   }
 }
 
-void expectSameContacts(const BoxPair& p, const Axes& axes, const StockResult& stock,
-                        const SeparatingAxis& axis, Counts* counts) {
+void expectSameContacts(const BoxPair& p, const Axes& axes, const StockResult& stock, const SeparatingAxis& axis,
+                        Counts* counts) {
   const RawContacts raw = findContacts(p, axis);
   ASSERT_LE(raw.count, RAW_POINTS);
   const double tolerance = separationTolerance(p, axes, axis.code);
@@ -250,8 +245,8 @@ void compare(const BoxPair& p, Counts* counts) {
   const Axes axes = exactAxes(p);
   ++counts->pairs;
   if ((axis.code < 0) != (stock.code < 0)) {
-    EXPECT_TRUE(overlapTies(p, axes)) << "overlap decided differently: " << axis.code << " against "
-                                      << stock.code << ", largest separation " << axes.largest;
+    EXPECT_TRUE(overlapTies(p, axes)) << "overlap decided differently: " << axis.code << " against " << stock.code
+                                      << ", largest separation " << axes.largest;
     ++counts->overlapTies;
     return;
   }
@@ -446,7 +441,6 @@ TEST(BoxBox, TinyAgainstHuge) {
 }
 
 // ---- cases made by hand
-// --------------------------------------------------------------------------------------
 
 BoxPair unitBoxes(float4 bPosition, float4 bOrientation) {
   BoxPair p;

@@ -15,9 +15,7 @@ inline btTransform toBullet(const BodyPose& pose) {
   return btTransform(btQuaternion(q.x, q.y, q.z, q.w), toBullet(pose.position));
 }
 inline Double3 toDouble(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
-inline DoubleMatrix toDouble(const btMatrix3x3& m) {
-  return {{toDouble(m[0]), toDouble(m[1]), toDouble(m[2])}};
-}
+inline DoubleMatrix toDouble(const btMatrix3x3& m) { return {{toDouble(m[0]), toDouble(m[1]), toDouble(m[2])}}; }
 inline void expectNear(float4 actual, const btVector3& expected, double tolerance) {
   expectNear(toDouble(actual), toDouble(expected), tolerance);
 }

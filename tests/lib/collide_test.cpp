@@ -40,8 +40,7 @@ TEST(Collide, SphereSphere) {
     const float radiusA = random.uniform(0.1f, 2), radiusB = random.uniform(0.1f, 2);
     const BodyPose a = random.pose(kRange);
     BodyPose b = random.pose(kRange);
-    if (n % 2)
-      b.position = a.position + random.direction() * ((radiusA + radiusB) * random.uniform(0.9f, 1.1f));
+    if (n % 2) b.position = a.position + random.direction() * ((radiusA + radiusB) * random.uniform(0.9f, 1.1f));
     btSphereShape shapeA(radiusA), shapeB(radiusB);
     const auto stock = StockPair(shapeA, shapeB).collide(a, b);
 
@@ -87,8 +86,7 @@ struct Plane {
   BodyPose pose;
   float4 local;
 
-  explicit Plane(Random& random)
-      : pose(random.pose(kRange)), local(withW(random.direction(), random.uniform(-2, 2))) {}
+  explicit Plane(Random& random) : pose(random.pose(kRange)), local(withW(random.direction(), random.uniform(-2, 2))) {}
   float4 inWorld() const { return withW(rotate(pose.orientation, local), local.w); }
   Double3 normal() const { return turned(pose.orientation, toDouble(local)); }
   double distanceOf(Double3 point) const { return dot(point - toDouble(pose.position), normal()) - local.w; }
@@ -147,8 +145,8 @@ TEST(Collide, BoxPlane) {
     const float threshold = pair.breakingThreshold() != 0 ? pair.breakingThreshold() : 0.02f;
 
     RawContacts raw = noContacts();
-    collideBoxPlane(half, matrixFromQuaternion(a.orientation), plane.inWorld(),
-                    plane.pose.position - a.position, threshold, &raw);
+    collideBoxPlane(half, matrixFromQuaternion(a.orientation), plane.inWorld(), plane.pose.position - a.position,
+                    threshold, &raw);
     // All corners in double precision.
     int expected = 0;
     bool border = false;
@@ -349,8 +347,8 @@ TEST(Collide, NearestFace) {
 // A sphere with its centre in the very middle of a box leaves by some nearest face, with a finite normal.
 TEST(Collide, SphereInTheMiddleOfABox) {
   RawContacts raw = noContacts();
-  collideSphereBox(1, sphereShape(0.5f), boxShape(F4(2, 1, 3, 0), 0.04f),
-                   matrixFromQuaternion(F4(0, 0, 0, 1)), F4(0, 0, 0, 0), 0.02f, &raw);
+  collideSphereBox(1, sphereShape(0.5f), boxShape(F4(2, 1, 3, 0), 0.04f), matrixFromQuaternion(F4(0, 0, 0, 1)),
+                   F4(0, 0, 0, 0), 0.02f, &raw);
   ASSERT_EQ(raw.count, 1);
   EXPECT_FLOAT_EQ(raw.points[0].w, -1.5f);
   EXPECT_EQ(std::fabs(raw.normal.y), 1);

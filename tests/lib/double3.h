@@ -40,9 +40,7 @@ struct DoubleMatrix {
 inline Double3 operator*(const DoubleMatrix& m, Double3 v) {
   return {dot(m.row[0], v), dot(m.row[1], v), dot(m.row[2], v)};
 }
-inline Double3 column(const DoubleMatrix& m, int i) {
-  return {at(m.row[0], i), at(m.row[1], i), at(m.row[2], i)};
-}
+inline Double3 column(const DoubleMatrix& m, int i) { return {at(m.row[0], i), at(m.row[1], i), at(m.row[2], i)}; }
 inline DoubleMatrix transposed(const DoubleMatrix& m) { return {{column(m, 0), column(m, 1), column(m, 2)}}; }
 inline DoubleMatrix operator*(const DoubleMatrix& a, const DoubleMatrix& b) {
   const DoubleMatrix t = transposed(b);
@@ -73,9 +71,7 @@ class Random {
  public:
   explicit Random(unsigned seed) : m_generator(seed) {}
 
-  float uniform(float lower, float upper) {
-    return std::uniform_real_distribution<float>(lower, upper)(m_generator);
-  }
+  float uniform(float lower, float upper) { return std::uniform_real_distribution<float>(lower, upper)(m_generator); }
   // 10^lower to 10^upper, evenly in the exponent.
   float magnitude(float lower, float upper) { return std::pow(10.0f, uniform(lower, upper)); }
   int below(int count) { return std::uniform_int_distribution<int>(0, count - 1)(m_generator); }

@@ -12,7 +12,6 @@ namespace btgpu {
 namespace {
 
 // ---- reduction
-// -----------------------------------------------------------------------------------------------
 
 std::tuple<float, float, float, float> asTuple(float4 p) { return {p.x, p.y, p.z, p.w}; }
 
@@ -110,10 +109,8 @@ TEST(ReduceContacts, Octagon) {
   ASSERT_EQ(raw.count, 4);
   EXPECT_EQ(asTuple(raw.points[0]), asTuple(points[3]));
   EXPECT_EQ(asTuple(raw.points[1]), asTuple(points[7])) << "opposite";
-  const std::set<std::tuple<float, float, float, float>> sides = {asTuple(raw.points[2]),
-                                                                  asTuple(raw.points[3])};
-  EXPECT_EQ(sides,
-            (std::set<std::tuple<float, float, float, float>>{asTuple(points[1]), asTuple(points[5])}));
+  const std::set<std::tuple<float, float, float, float>> sides = {asTuple(raw.points[2]), asTuple(raw.points[3])};
+  EXPECT_EQ(sides, (std::set<std::tuple<float, float, float, float>>{asTuple(points[1]), asTuple(points[5])}));
 }
 
 TEST(ReduceContacts, PointsOnALine) {
@@ -127,7 +124,6 @@ TEST(ReduceContacts, PointsOnALine) {
 }
 
 // ---- a new point
-// ---------------------------------------------------------------------------------------------
 
 TEST(Manifold, CombinesMaterialsAsStock) {
   Random random(4);
@@ -198,7 +194,6 @@ TEST(Manifold, MakePointAsStock) {
 }
 
 // ---- the manifold over many steps
-// ----------------------------------------------------------------------------
 
 constexpr float kThreshold = 0.02f;
 
@@ -232,13 +227,11 @@ class ManifoldPair {
   bool refresh(const Poses& poses) {
     for (int i = 0; i < count(); ++i) {
       const ContactPoint& p = point(i);
-      const Double3 between =
-          turned(poses.a.orientation, toDouble(p.localPointA)) + toDouble(poses.a.position) -
-          turned(poses.b.orientation, toDouble(p.localPointB)) - toDouble(poses.b.position);
+      const Double3 between = turned(poses.a.orientation, toDouble(p.localPointA)) + toDouble(poses.a.position) -
+                              turned(poses.b.orientation, toDouble(p.localPointB)) - toDouble(poses.b.position);
       const double distance = dot(between, toDouble(p.normalWorldOnB));
       const double drift = length(between - toDouble(p.normalWorldOnB) * distance);
-      if (std::fabs(distance - kThreshold) < kTolerance || std::fabs(drift - kThreshold) < 2 * kTolerance)
-        return false;
+      if (std::fabs(distance - kThreshold) < kTolerance || std::fabs(drift - kThreshold) < 2 * kTolerance) return false;
     }
     m_stock.refreshContactPoints(toBullet(poses.a), toBullet(poses.b));
     refreshPoints(&m_own, poses.ra(), poses.rb(), poses.bFromA());
@@ -383,8 +376,7 @@ TEST(Manifold, FifthPointSparesTheDeepest) {
   for (int deepest = 0; deepest < 4; ++deepest) {
     ManifoldPair pair;
     const float corners[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
-    for (int i = 0; i < 4; ++i)
-      pair.add(pointAt(corners[i][0], corners[i][1], i == deepest ? -0.05f : -0.01f));
+    for (int i = 0; i < 4; ++i) pair.add(pointAt(corners[i][0], corners[i][1], i == deepest ? -0.05f : -0.01f));
     pair.setImpulses();
     // Beside the deepest corner: its loss would leave most area.
     pair.add(pointAt(corners[deepest][0] * 1.1f, corners[deepest][1] * 1.2f, -0.02f));

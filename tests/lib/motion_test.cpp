@@ -36,8 +36,7 @@ BodyDamping defaultDamping(float linear, float angular) {
 
 // The velocities after damping, against btRigidBody::applyDamping. Both sides do the same operations, but the
 // compiler of the library may have contracted or reordered them: a few roundings of the speed.
-void expectDampedAsStock(const BodyDamping& d, bool additional, float4 linear, float4 angular,
-                         float timeStep) {
+void expectDampedAsStock(const BodyDamping& d, bool additional, float4 linear, float4 angular, float timeStep) {
   auto body = makeBody(d, additional, F4(1, 1, 1, 0));
   body->setLinearVelocity(toBullet(linear));
   body->setAngularVelocity(toBullet(angular));
@@ -112,8 +111,8 @@ void expectIntegratedAsStock(const BodyPose& pose, float4 linear, float4 angular
 TEST(Motion, IntegratePose) {
   Random random(3);
   for (int n = 0; n < 5000; ++n) {
-    expectIntegratedAsStock(random.pose(20), random.vector(20),
-                            random.direction() * random.magnitude(-6, 1.5f), kTimeStep);
+    expectIntegratedAsStock(random.pose(20), random.vector(20), random.direction() * random.magnitude(-6, 1.5f),
+                            kTimeStep);
   }
 }
 
@@ -132,8 +131,8 @@ TEST(Motion, IntegratePoseAtRest) {
 TEST(Motion, IntegratePoseAroundTheLimits) {
   Random random(5);
   const float clampRate = 0.78539816f / kTimeStep;
-  for (const float rate : {3.4e-4f, 3.5e-4f, 0.00099f, 0.00101f, 0.999f * clampRate, 1.001f * clampRate,
-                           2 * clampRate, 10 * clampRate, 1000 * clampRate}) {
+  for (const float rate : {3.4e-4f, 3.5e-4f, 0.00099f, 0.00101f, 0.999f * clampRate, 1.001f * clampRate, 2 * clampRate,
+                           10 * clampRate, 1000 * clampRate}) {
     for (int n = 0; n < 200; ++n) {
       expectIntegratedAsStock(random.pose(1), random.vector(1), random.direction() * rate, kTimeStep);
     }
@@ -177,8 +176,7 @@ TEST(Motion, SpinIsClamped) {
   for (const double excess : {1.0, 1.5, 4.0, 100.0}) {
     const float4 w = F4(0, 0, float(clampRate * excess), 0);
     const float4 q = integratePose(pose, F4(0, 0, 0, 0), w, kTimeStep).orientation;
-    const double half =
-        std::atan2(excess * std::sin(MAX_ROTATION_PER_STEP / 2), std::cos(MAX_ROTATION_PER_STEP / 2));
+    const double half = std::atan2(excess * std::sin(MAX_ROTATION_PER_STEP / 2), std::cos(MAX_ROTATION_PER_STEP / 2));
     EXPECT_NEAR(q.z, std::sin(half), 10 * kRounding) << excess;
     EXPECT_NEAR(q.w, std::cos(half), 10 * kRounding) << excess;
   }
@@ -221,15 +219,13 @@ float4 randomInertia(Random& random) {
 }
 
 double ratio(float4 inertia) {
-  return std::fmax(std::fmax(inertia.x, inertia.y), inertia.z) /
-         std::fmin(std::fmin(inertia.x, inertia.y), inertia.z);
+  return std::fmax(std::fmax(inertia.x, inertia.y), inertia.z) / std::fmin(std::fmin(inertia.x, inertia.y), inertia.z);
 }
 
 constexpr float kNoLimit = 1e18f;
 
 float4 change(const Spinning& s, uint flags, float limit) {
-  return gyroscopicChange(flags, s.rotation(), s.inverseInertia, s.inverseInertiaWorld(), s.w, kTimeStep,
-                          limit);
+  return gyroscopicChange(flags, s.rotation(), s.inverseInertia, s.inverseInertiaWorld(), s.w, kTimeStep, limit);
 }
 
 // The change comes from a few products of matrices, each good to about 10 roundings of the largest moment;
@@ -250,8 +246,7 @@ TEST(Gyroscopic, Explicit) {
       const btVector3 stock = -(s.body->getInvInertiaTensorWorld() * torque * kTimeStep);
       expectNear(change(s, BODY_GYRO_EXPLICIT, limit), stock, explicitTolerance(s));
       const float4 own = gyroscopicTorqueExplicit(s.rotation(), s.inertia, s.w, limit);
-      const double w = length(toDouble(s.w)),
-                   moment = std::fmax(s.inertia.x, std::fmax(s.inertia.y, s.inertia.z));
+      const double w = length(toDouble(s.w)), moment = std::fmax(s.inertia.x, std::fmax(s.inertia.y, s.inertia.z));
       expectNear(own, torque, 40 * kRounding * moment * w * w);
       EXPECT_LE(length3(own), limit * (1 + 1e-6f));
     }
@@ -271,8 +266,8 @@ TEST(Gyroscopic, ImplicitWorld) {
   Random random(8);
   for (int n = 0; n < 2000; ++n) {
     const Spinning s = spin(random.pose(5), randomInertia(random), random.vector(20));
-    expectNear(change(s, BODY_GYRO_IMPLICIT_WORLD, kNoLimit),
-               s.body->computeGyroscopicImpulseImplicit_World(kTimeStep), implicitTolerance(s));
+    expectNear(change(s, BODY_GYRO_IMPLICIT_WORLD, kNoLimit), s.body->computeGyroscopicImpulseImplicit_World(kTimeStep),
+               implicitTolerance(s));
   }
 }
 
@@ -280,8 +275,8 @@ TEST(Gyroscopic, ImplicitBody) {
   Random random(9);
   for (int n = 0; n < 2000; ++n) {
     const Spinning s = spin(random.pose(5), randomInertia(random), random.vector(20));
-    expectNear(change(s, BODY_GYRO_IMPLICIT_BODY, kNoLimit),
-               s.body->computeGyroscopicImpulseImplicit_Body(kTimeStep), implicitTolerance(s));
+    expectNear(change(s, BODY_GYRO_IMPLICIT_BODY, kNoLimit), s.body->computeGyroscopicImpulseImplicit_Body(kTimeStep),
+               implicitTolerance(s));
   }
 }
 
@@ -305,8 +300,7 @@ TEST(Gyroscopic, FlagsAddUp) {
              Double3{0, 0, 0}, 0);
   const float4 sum = change(s, BODY_GYRO_EXPLICIT, kNoLimit) + change(s, BODY_GYRO_IMPLICIT_WORLD, kNoLimit) +
                      change(s, BODY_GYRO_IMPLICIT_BODY, kNoLimit);
-  const float4 all =
-      change(s, BODY_GYRO_EXPLICIT | BODY_GYRO_IMPLICIT_WORLD | BODY_GYRO_IMPLICIT_BODY, kNoLimit);
+  const float4 all = change(s, BODY_GYRO_EXPLICIT | BODY_GYRO_IMPLICIT_WORLD | BODY_GYRO_IMPLICIT_BODY, kNoLimit);
   expectNear(all, toDouble(sum), 6 * kRounding * 10);
 }
 

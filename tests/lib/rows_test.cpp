@@ -23,9 +23,7 @@ struct End {
   Double3 arm;
 
   Double3 velocityAtContact() const { return linear + cross(angular, arm); }
-  Double3 velocityWithForces() const {
-    return linear + externalLinear + cross(angular + externalAngular, arm);
-  }
+  Double3 velocityWithForces() const { return linear + externalLinear + cross(angular + externalAngular, arm); }
   // Speed that the contact point gains along `direction` by a unit impulse in that direction there.
   double yields(Double3 direction) const {
     const Double3 spin = times(inverseInertia * cross(arm, direction), angularFactor);
@@ -50,8 +48,7 @@ std::unique_ptr<btRigidBody> makeBody(bool fixed, Random& random) {
   const float mass = fixed ? 0.0f : random.magnitude(-1, 1.5f);
   const btVector3 inertia =
       fixed ? btVector3(0, 0, 0)
-            : btVector3(random.uniform(0.5f, 2), random.uniform(0.5f, 2), random.uniform(0.5f, 2)) * mass *
-                  0.4f;
+            : btVector3(random.uniform(0.5f, 2), random.uniform(0.5f, 2), random.uniform(0.5f, 2)) * mass * 0.4f;
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, nullptr, inertia);
   auto body = std::make_unique<btRigidBody>(info);
   body->setCenterOfMassTransform(toBullet(random.pose(2)));
@@ -156,8 +153,7 @@ class StockRows : public btSequentialImpulseConstraintSolver {
     // As getOrInitSolverBody has it: what can't move shares a solver body without a rigid body.
     btRigidBody* bodies[] = {s.stockA.get(), s.stockB.get()};
     for (int i = 0; i < 2; ++i) {
-      initSolverBody(&m_tmpSolverBodyPool[i], bodies[i]->getInvMass() != 0 ? bodies[i] : nullptr,
-                     s.params.timeStep);
+      initSolverBody(&m_tmpSolverBodyPool[i], bodies[i]->getInvMass() != 0 ? bodies[i] : nullptr, s.params.timeStep);
     }
     m_ra = toBullet(s.ra);
     m_rb = toBullet(s.rb);
@@ -171,8 +167,7 @@ class StockRows : public btSequentialImpulseConstraintSolver {
   }
   btSolverConstraint friction(float4 t) {
     btSolverConstraint row;
-    setupFrictionConstraint(row, toBullet(t), 0, 1, m_point, m_ra, m_rb, nullptr, nullptr, m_info.m_sor,
-                            m_info);
+    setupFrictionConstraint(row, toBullet(t), 0, 1, m_point, m_ra, m_rb, nullptr, nullptr, m_info.m_sor, m_info);
     return row;
   }
   btSolverConstraint torsion(float4 axis) {
@@ -219,7 +214,6 @@ double slip(const Scene& s, Double3 direction, Double3 velocityA, Double3 veloci
 }
 
 // ---- addresses
-// -----------------------------------------------------------------------------------------------
 
 TEST(Rows, SlotAddresses) {
   for (const uint fields : {uint{SLOT_FIELDS}, uint{SLOT_TANGENT2_FIELDS}, uint{SLOT_TORSION_FIELDS}}) {
@@ -228,8 +222,7 @@ TEST(Rows, SlotAddresses) {
     std::set<const float*> seen;
     for (uint slot = 0; slot < slots; ++slot) {
       for (uint f = 0; f < fields; ++f) {
-        storeField(rows.data() + slotBase(slot, fields), static_cast<int>(f),
-                   static_cast<float>(slot * fields + f));
+        storeField(rows.data() + slotBase(slot, fields), static_cast<int>(f), static_cast<float>(slot * fields + f));
       }
     }
     for (uint slot = 0; slot < slots; ++slot) {
@@ -290,7 +283,6 @@ TEST(Rows, FieldsTile) {
 }
 
 // ---- what a normal row means
-// ---------------------------------------------------------------------------------
 
 // The row asks for the impulse after which the contact point has the wanted speed along the normal: a bounce
 // off the speed before the step, no more approach than closes the gap in this step, and out of a penetration
@@ -306,11 +298,9 @@ TEST(NormalRow, ImpulseGivesTheWantedSpeed) {
     const double gap = double(s.point.localPointA.w) + p.linearSlop;
     const double before = slip(s, s.normal(), s.exactA.velocityAtContact(), s.exactB.velocityAtContact());
     const double now = slip(s, s.normal(), s.exactA.velocityWithForces(), s.exactB.velocityWithForces());
-    if (std::fabs(std::fabs(before) - p.restitutionVelocityThreshold) < 1e-4)
-      continue;  // a tie of the threshold
+    if (std::fabs(std::fabs(before) - p.restitutionVelocityThreshold) < 1e-4) continue;  // a tie of the threshold
     double bounce = 0;
-    if (std::fabs(before) >= p.restitutionVelocityThreshold)
-      bounce = std::fmax(0, -before * s.point.combined.y);
+    if (std::fabs(before) >= p.restitutionVelocityThreshold) bounce = std::fmax(0, -before * s.point.combined.y);
     const double push = gap > 0 ? 0 : -gap * p.erp2 / p.timeStep;
     const double closing = gap > 0 ? gap / p.timeStep : 0;
     const bool split = (p.flags & STEP_SPLIT_IMPULSE) && gap <= p.splitImpulsePenetrationThreshold;
@@ -375,8 +365,7 @@ TEST(NormalRow, StiffnessAndDamping) {
     const double dt = s.params.timeStep;
     const double force = -k * (gap + after * dt) - c * after;
     // The speed after is a small difference if the spring is stiff: its error is that of the speed before.
-    const double error =
-        (k * dt + c) * 60 * kRounding * speedScale(s) + 60 * kRounding * std::fabs(impulse / dt);
+    const double error = (k * dt + c) * 60 * kRounding * speedScale(s) + 60 * kRounding * std::fabs(impulse / dt);
     EXPECT_NEAR(impulse / dt, force, error);
   }
 }
@@ -412,7 +401,6 @@ TEST(NormalRow, InfiniteStiffnessIsHard) {
 }
 
 // ---- friction and torsion
-// ------------------------------------------------------------------------------------
 
 // Friction aims at no slip along t. Bullet counts the speed gained by forces, but not the spin gained by
 // torques (setupFrictionConstraint), and so do we.
@@ -427,8 +415,8 @@ TEST(FrictionRow, StopsTheSlip) {
     const double exact = s.params.sor / (s.exactA.yields(dt) + s.exactB.yields(dt));
     EXPECT_NEAR(jac, exact, massTolerance(exact));
     const auto velocity = [](const End& e) { return e.velocityAtContact() + e.externalLinear; };
-    EXPECT_NEAR(frictionRhs(s.a, s.b, t, s.ra, s.rb, jac),
-                -slip(s, dt, velocity(s.exactA), velocity(s.exactB)) * exact, rhsTolerance(s, exact));
+    EXPECT_NEAR(frictionRhs(s.a, s.b, t, s.ra, s.rb, jac), -slip(s, dt, velocity(s.exactA), velocity(s.exactB)) * exact,
+                rhsTolerance(s, exact));
   }
 }
 
@@ -441,8 +429,7 @@ TEST(FrictionRow, AsStock) {
     const btSolverConstraint stock = StockRows(s).friction(t);
     const float jac = frictionJac(s.params, s.a, s.b, t, s.ra, s.rb);
     EXPECT_NEAR(jac, stock.m_jacDiagABInv, massTolerance(stock.m_jacDiagABInv));
-    EXPECT_NEAR(frictionRhs(s.a, s.b, t, s.ra, s.rb, jac), stock.m_rhs,
-                rhsTolerance(s, stock.m_jacDiagABInv));
+    EXPECT_NEAR(frictionRhs(s.a, s.b, t, s.ra, s.rb, jac), stock.m_rhs, rhsTolerance(s, stock.m_jacDiagABInv));
   }
 }
 
@@ -476,9 +463,9 @@ TEST(FrictionRow, AnisotropicAsStock) {
     material.anisotropicFriction = F4(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1), 0);
     object.setWorldTransform(toBullet(pose));
     const bool rolling = random.coin();
-    object.setAnisotropicFriction(toBullet(material.anisotropicFriction),
-                                  rolling ? btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION
-                                          : btCollisionObject::CF_ANISOTROPIC_FRICTION);
+    object.setAnisotropicFriction(
+        toBullet(material.anisotropicFriction),
+        rolling ? btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION : btCollisionObject::CF_ANISOTROPIC_FRICTION);
     const uint flags = rolling ? BODY_ANISOTROPIC_ROLLING : BODY_ANISOTROPIC;
     const float4 direction = random.direction();
     const Matrix3 rotation = matrixFromQuaternion(pose.orientation);
@@ -493,7 +480,6 @@ TEST(FrictionRow, AnisotropicAsStock) {
 }
 
 // ---- solving
-// -------------------------------------------------------------------------------------------------
 
 // As stage 65 prepares them (prepareBodies): both factors twice.
 SolverMass solverMassOf(const btRigidBody& body) {
@@ -553,8 +539,8 @@ TEST(SolveRow, AsStock) {
     row.m_appliedImpulse = start;
     row.m_lowerLimit = friction ? -2 * row.m_jacDiagABInv : 0;
     row.m_upperLimit = friction ? 2 * row.m_jacDiagABInv : 1e10f;
-    const float impulse = solveRow(&slot, direction, s.ra, s.rb, row.m_jacDiagABInv, row.m_rhs, row.m_cfm,
-                                   start, row.m_lowerLimit, row.m_upperLimit);
+    const float impulse = solveRow(&slot, direction, s.ra, s.rb, row.m_jacDiagABInv, row.m_rhs, row.m_cfm, start,
+                                   row.m_lowerLimit, row.m_upperLimit);
     stock.solve(row);
     // The impulse is good to the error of a relative speed (20 roundings of speeds up to scale) times the
     // effective mass; a velocity changes by that times how much a body yields, which is 1 / mass at most, or

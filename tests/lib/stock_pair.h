@@ -26,12 +26,9 @@ class StockPair {
   std::vector<StockContact> collide(const BodyPose& poseA, const BodyPose& poseB) {
     m_a.setWorldTransform(toBullet(poseA));
     m_b.setWorldTransform(toBullet(poseB));
-    const btCollisionObjectWrapper wrapA(nullptr, m_a.getCollisionShape(), &m_a, m_a.getWorldTransform(), -1,
-                                         -1);
-    const btCollisionObjectWrapper wrapB(nullptr, m_b.getCollisionShape(), &m_b, m_b.getWorldTransform(), -1,
-                                         -1);
-    btCollisionAlgorithm* algorithm =
-        m_dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    const btCollisionObjectWrapper wrapA(nullptr, m_a.getCollisionShape(), &m_a, m_a.getWorldTransform(), -1, -1);
+    const btCollisionObjectWrapper wrapB(nullptr, m_b.getCollisionShape(), &m_b, m_b.getWorldTransform(), -1, -1);
+    btCollisionAlgorithm* algorithm = m_dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     btManifoldResult result(&wrapA, &wrapB);
     algorithm->processCollision(&wrapA, &wrapB, m_info, &result);
     const auto contacts = takeContacts(*algorithm);

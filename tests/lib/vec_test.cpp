@@ -127,8 +127,7 @@ TEST(Vec, Quaternions) {
     const float4 p = random.rotation(), q = random.rotation(), v = random.vector(5);
     const float4 pq = quaternionProduct(p, q);
     const btQuaternion stock = btQuaternion(p.x, p.y, p.z, p.w) * btQuaternion(q.x, q.y, q.z, q.w);
-    const double tolerance =
-        5 * kRounding * 2;  // four products and three sums; the absolute products sum to 2 at most
+    const double tolerance = 5 * kRounding * 2;  // four products and three sums; the absolute products sum to 2 at most
     expectNear(pq, Double3{stock.x(), stock.y(), stock.z()}, tolerance);
     EXPECT_NEAR(pq.w, stock.w(), tolerance);
     // Turning by the product is turning by q, then by p. Errors: the matrix (above) and a product with |v|

@@ -21,8 +21,7 @@ class KernelTest : public DeviceTest {
     } catch (const OpenClError& e) {
       EXPECT_EQ(e.kind(), OpenClError::Kind::General);
       for (const auto& part : parts) {
-        EXPECT_NE(std::string(e.what()).find(part), std::string::npos)
-            << '"' << e.what() << "\" lacks " << part;
+        EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << '"' << e.what() << "\" lacks " << part;
       }
     }
   }
@@ -43,8 +42,7 @@ TEST_F(KernelTest, WrongCountIsReported) {
   m_uints.copyFromHost(queue(), {1, 2, 3});
   const auto grid = device().grid(3);
   expectError([&] { fill.launch(queue(), grid, 0u, 3u, 9u); }, {"fillUint", "4 arguments", "3 were bound"});
-  expectError([&] { fill.launch(queue(), grid, 0u, 3u, 9u, m_uints, 1u); },
-              {"fillUint", "4 arguments", "5 were"});
+  expectError([&] { fill.launch(queue(), grid, 0u, 3u, 9u, m_uints, 1u); }, {"fillUint", "4 arguments", "5 were"});
   expectError([&] { fill.launch(queue(), grid); }, {"fillUint", "4 arguments", "0 were bound"});
   EXPECT_EQ(m_uints.toVector(queue()), (std::vector<uint>{1, 2, 3})) << "the kernel ran all the same";
 }
@@ -54,13 +52,10 @@ TEST_F(KernelTest, WrongTypeIsReported) {
   m_uints.copyFromHost(queue(), {1, 2, 3});
   m_floats.copyFromHost(queue(), {1, 2, 3});
   const auto grid = device().grid(3);
-  expectError([&] { fill.launch(queue(), grid, 0u, 3u, 9u, m_floats); },
-              {"fillUint", "argument 3", "uint*", "float*"});
-  expectError([&] { fill.launch(queue(), grid, 0u, 3.0f, 9u, m_uints); },
-              {"fillUint", "argument 1", "float"});
+  expectError([&] { fill.launch(queue(), grid, 0u, 3u, 9u, m_floats); }, {"fillUint", "argument 3", "uint*", "float*"});
+  expectError([&] { fill.launch(queue(), grid, 0u, 3.0f, 9u, m_uints); }, {"fillUint", "argument 1", "float"});
   expectError([&] { fill.launch(queue(), grid, 0u, 3u, 9u, 5u); }, {"fillUint", "argument 3", "uint*"});
-  expectError([&] { fill.launch(queue(), grid, m_uints, 3u, 9u, m_uints); },
-              {"fillUint", "argument 0", "uint*"});
+  expectError([&] { fill.launch(queue(), grid, m_uints, 3u, 9u, m_uints); }, {"fillUint", "argument 0", "uint*"});
   EXPECT_EQ(m_uints.toVector(queue()), (std::vector<uint>{1, 2, 3})) << "the kernel ran all the same";
 
   // A failed binding leaves nothing behind: the next launch starts over.
@@ -105,8 +100,7 @@ TEST_F(KernelTest, OptionalArgumentMayBeNull) {
 }
 
 TEST_F(KernelTest, UnknownKernelIsReported) {
-  expectError([&] { Kernel(device(), "primitives/fill.cl", "fillUnit"); },
-              {"fillUnit", "kernels/primitives/fill.cl"});
+  expectError([&] { Kernel(device(), "primitives/fill.cl", "fillUnit"); }, {"fillUnit", "kernels/primitives/fill.cl"});
 }
 
 TEST_F(KernelTest, UnknownFileIsReported) {

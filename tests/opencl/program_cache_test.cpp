@@ -49,8 +49,7 @@ class ProgramCacheTest : public DeviceTest {
 
   std::vector<std::filesystem::path> entries() const {
     std::vector<std::filesystem::path> paths;
-    for (const auto& entry : std::filesystem::directory_iterator(m_directory.path()))
-      paths.push_back(entry.path());
+    for (const auto& entry : std::filesystem::directory_iterator(m_directory.path())) paths.push_back(entry.path());
     return paths;
   }
 
@@ -71,8 +70,7 @@ class ProgramCacheTest : public DeviceTest {
   }
 
   // The damaged entry must be rejected and rebuilt, and after that be good again.
-  void expectRejected(const std::filesystem::path& path, const std::string& damaged,
-                      const std::string& what) {
+  void expectRejected(const std::filesystem::path& path, const std::string& damaged, const std::string& what) {
     SCOPED_TRACE(what);
     writeFile(path, damaged);
     expectStatistics(runProcess(), 1, 0, 1);
@@ -156,8 +154,8 @@ TEST_F(ProgramCacheTest, DamagedFilesAreRejected) {
   expectRejected(path, good + "x", "one byte too long");
   expectRejected(path, std::string(good.size(), '\0'), "all zero");
   // Bits of the magic number, the three sizes of the header (32 bytes), the key and the binary.
-  for (const size_t at : {size_t{0}, size_t{8}, size_t{15}, size_t{16}, size_t{23}, size_t{24}, size_t{31},
-                          size_t{32}, size_t{200}, good.size() / 2, good.size() - 1}) {
+  for (const size_t at : {size_t{0}, size_t{8}, size_t{15}, size_t{16}, size_t{23}, size_t{24}, size_t{31}, size_t{32},
+                          size_t{200}, good.size() / 2, good.size() - 1}) {
     std::string damaged = good;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
     expectRejected(path, damaged, "bit flipped at byte " + std::to_string(at));
@@ -288,8 +286,7 @@ TEST_F(BuildErrorTest, NamesTheIncludedFile) {
 
 // Behind includes that include others the line numbers are right again.
 TEST_F(BuildErrorTest, NamesTheLineBehindIncludes) {
-  const int line =
-      breakLine("kernels/stages/44_find_separating_axis.cl", "axes[k] = axis;", "    axes[k] = axiz;");
+  const int line = breakLine("kernels/stages/44_find_separating_axis.cl", "axes[k] = axis;", "    axes[k] = axiz;");
   expectBuildError("stages/44_find_separating_axis.cl", "kernels/stages/44_find_separating_axis.cl", line);
 }
 

@@ -18,8 +18,9 @@ TEST(Stack, AsHighCalmAndTightAsStock) {
   const TemporaryFolder folder;
   RunOptions options;
   options.seconds = 850;
-  const Finished finished = runProgram({BTGPU_TOOL, "compare", "stack", "--size", "16,16,16", "--steps", "300", "--json",
-                                        folder.file("stack.json")}, options);
+  const Finished finished = runProgram(
+      {BTGPU_TOOL, "compare", "stack", "--size", "16,16,16", "--steps", "300", "--json", folder.file("stack.json")},
+      options);
   ASSERT_EQ(finished.exitCode, 0) << finished.out << finished.err;
   std::printf("%s", finished.out.c_str());
   const auto json = nlohmann::json::parse(readFile(folder.file("stack.json")));

@@ -59,7 +59,8 @@ std::string nameOf(const ::testing::TestParamInfo<std::tuple<int, bool>>& test) 
   return (std::get<1>(test.param) ? "Box" : "Plane") + std::to_string(std::get<0>(test.param));
 }
 
-INSTANTIATE_TEST_SUITE_P(Steps, Bounce, ::testing::Combine(::testing::Values(30, 60, 120, 240), ::testing::Bool()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Steps, Bounce, ::testing::Combine(::testing::Values(30, 60, 120, 240), ::testing::Bool()),
+                         nameOf);
 
 }  // namespace
 }  // namespace btgpu::test

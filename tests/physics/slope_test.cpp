@@ -79,7 +79,8 @@ TEST_P(Slope, HoldsBelowTheAngleOfFriction) {
   stock.w.run(steps, GetParam().timeStep);
   for (size_t i = 0; i < gpu.slabs.size(); ++i) {
     // Stock creeps up to 7 mm at large steps; ours by the same amount, within rounding.
-    EXPECT_LE(std::fabs(gpu.slid(i)), std::max(1e-3, 1.001 * std::fabs(stock.slid(i)))) << "friction " << gpu.slabs[i].friction;
+    EXPECT_LE(std::fabs(gpu.slid(i)), std::max(1e-3, 1.001 * std::fabs(stock.slid(i))))
+        << "friction " << gpu.slabs[i].friction;
   }
   expectAllOnDevice(gpu.w.world);
 }

@@ -65,7 +65,8 @@ TEST_P(SpinningBox, ConservesAtSmallSteps) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Flags, SpinningBox,
-                         ::testing::Values(0, BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT, BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD,
+                         ::testing::Values(0, BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT,
+                                           BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD,
                                            BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY));
 
 }  // namespace

@@ -80,7 +80,8 @@ TEST(LongPlank, Carries200Boxes) {
   EXPECT_GT(double(p.getBasis()[1][1]), 0.9999) << "the plank should lie flat";
   for (size_t i = 0; i < gpu.boxes.size(); ++i) {
     EXPECT_NEAR(double(gpu.boxes[i]->getWorldTransform().getOrigin().y()),
-                double(stock.boxes[i]->getWorldTransform().getOrigin().y()), 0.01) << "box " << i;
+                double(stock.boxes[i]->getWorldTransform().getOrigin().y()), 0.01)
+        << "box " << i;
   }
   expectAllOnDevice(gpu.w.world);
 }
@@ -97,7 +98,8 @@ struct Platform {
     platform->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
     platform->setActivationState(DISABLE_DEACTIVATION);
     w.world.addRigidBody(platform);
-    box = w.objects.add(1, w.objects.box(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))), btVector3(0, btScalar(0.5), 0));
+    box = w.objects.add(1, w.objects.box(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))),
+                        btVector3(0, btScalar(0.5), 0));
     box->setFriction(1);
     platform->setFriction(1);
   }
@@ -120,7 +122,8 @@ TEST(KinematicPlatform, CarriesABox) {
   stock.run(240);
   const double travelled = double(gpu.platform->getWorldTransform().getOrigin().x());
   ASSERT_GT(travelled, 6);
-  EXPECT_NEAR(double(gpu.box->getWorldTransform().getOrigin().x()), double(stock.box->getWorldTransform().getOrigin().x()), 0.01);
+  EXPECT_NEAR(double(gpu.box->getWorldTransform().getOrigin().x()),
+              double(stock.box->getWorldTransform().getOrigin().x()), 0.01);
   EXPECT_NEAR(double(gpu.box->getWorldTransform().getOrigin().x()), travelled, 0.2);
   EXPECT_NEAR(double(gpu.box->getLinearVelocity().x()), 2, 0.05);
   expectAllOnDevice(gpu.w.world);

@@ -14,8 +14,7 @@ class CompactTest : public PrimitiveTest {
     const auto expected = reference::compact(firstOf(flags, items));
     ASSERT_EQ(total.toVector(queue()), std::vector<uint>{static_cast<uint>(expected.size())});
     const auto result = indices.toVector(queue());
-    EXPECT_EQ(firstOf(result, expected.size()), expected)
-        << flags.size() << " flags, " << items << " counted";
+    EXPECT_EQ(firstOf(result, expected.size()), expected) << flags.size() << " flags, " << items << " counted";
     for (size_t i = expected.size(); i < result.size(); ++i) {
       ASSERT_EQ(result[i], kPoison) << "written beyond the total at " << i;
     }
@@ -57,8 +56,7 @@ TEST_F(CompactTest, FlagsNeverWrittenSmall) {
   const DeviceArray<uint> input = upload(flags);
   DeviceArray<uint> indices = poisoned(flags.size()), total = poisoned(1);
   m_compact.run(queue(), {flags.size()}, input, indices, total);
-  for (const uint index : indices.toVector(queue()))
-    EXPECT_TRUE(index < flags.size() || index == kPoison) << index;
+  for (const uint index : indices.toVector(queue())) EXPECT_TRUE(index < flags.size() || index == kPoison) << index;
 }
 
 TEST_F(CompactTest, Large) {

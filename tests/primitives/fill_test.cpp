@@ -14,9 +14,7 @@ class FillTest : public DeviceTest {
     Fill fill(device());
     fill.run(queue(), data, first, count, 42);
     const auto host = data.toVector(queue());
-    for (size_t i = 0; i < size; ++i) {
-      ASSERT_EQ(host[i], i >= first && i < first + count ? 42u : 7u) << "at " << i;
-    }
+    for (size_t i = 0; i < size; ++i) { ASSERT_EQ(host[i], i >= first && i < first + count ? 42u : 7u) << "at " << i; }
   }
 };
 

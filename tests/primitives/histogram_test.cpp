@@ -7,8 +7,7 @@ namespace {
 
 class HistogramTest : public PrimitiveTest {
  protected:
-  void expectHistogram(const std::vector<uint>& keys, size_t items, size_t bins,
-                       const DeviceArray<uint>* counter) {
+  void expectHistogram(const std::vector<uint>& keys, size_t items, size_t bins, const DeviceArray<uint>* counter) {
     const DeviceArray<uint> input = upload(keys);
     DeviceArray<uint> result = poisoned(bins);
     m_histogram.run(queue(), {keys.size(), counter}, input, bins, result);
@@ -25,8 +24,7 @@ class HistogramTest : public PrimitiveTest {
 
 TEST_F(HistogramTest, CountsSmall) {
   for (const size_t n : smallCounts()) {
-    for (const size_t bins : {0, 1, 7, 129})
-      expectHistogram(randomUints(n, static_cast<uint>(bins) + 1), bins);
+    for (const size_t bins : {0, 1, 7, 129}) expectHistogram(randomUints(n, static_cast<uint>(bins) + 1), bins);
   }
 }
 

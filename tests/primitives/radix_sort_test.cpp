@@ -22,8 +22,7 @@ class RadixSortTest : public PrimitiveTest {
     EXPECT_EQ(deviceKeys.size(), keys.size());
     EXPECT_EQ(deviceValues.size(), keys.size());
     EXPECT_EQ(firstOf(deviceKeys.toVector(queue()), items), expectedKeys) << items << " of " << keys.size();
-    EXPECT_EQ(firstOf(deviceValues.toVector(queue()), items), expectedValues)
-        << items << " of " << keys.size();
+    EXPECT_EQ(firstOf(deviceValues.toVector(queue()), items), expectedValues) << items << " of " << keys.size();
   }
 
   void expectKeys(const std::vector<Key>& keys, const std::vector<BitRange>& bits) {
@@ -85,9 +84,8 @@ TEST_F(RadixSort32Test, BitRanges) {
 
 TEST_F(RadixSort64Test, BitRanges) {
   const auto keys = randomBits<ulong>(1000);
-  const std::vector<std::vector<BitRange>> ranges = {
-      {{0, 17}, {32, 17}}, {{32, 17}, {0, 17}}, {{63, 1}},  {{31, 2}},
-      {{20, 30}},          {{0, 48}},           {{48, 16}}, {{0, 64}}};
+  const std::vector<std::vector<BitRange>> ranges = {{{0, 17}, {32, 17}}, {{32, 17}, {0, 17}}, {{63, 1}},  {{31, 2}},
+                                                     {{20, 30}},          {{0, 48}},           {{48, 16}}, {{0, 64}}};
   for (const auto& bits : ranges) expectSorted(keys, bits);
 }
 
@@ -130,8 +128,7 @@ TEST_F(RadixSort32Test, ReusedWithOtherSizes) {
 // Ascending keys, and equal keys with ascending values, which besides name the places the keys came from:
 // there is just one such result, so no slow reference is needed.
 template <typename Key>
-void expectStablySorted(const std::vector<Key>& in, const std::vector<Key>& keys,
-                        const std::vector<uint>& values) {
+void expectStablySorted(const std::vector<Key>& in, const std::vector<Key>& keys, const std::vector<uint>& values) {
   ASSERT_EQ(keys.size(), in.size());
   ASSERT_EQ(values.size(), in.size());
   for (size_t i = 0; i < keys.size(); ++i) {

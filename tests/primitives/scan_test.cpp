@@ -8,8 +8,7 @@ namespace {
 class ScanTest : public PrimitiveTest {
  protected:
   // `items`: how many of `data` the counter, if any, leaves.
-  void expectScan(const std::vector<uint>& data, size_t items, const DeviceArray<uint>* counter,
-                  bool inPlace) {
+  void expectScan(const std::vector<uint>& data, size_t items, const DeviceArray<uint>* counter, bool inPlace) {
     DeviceArray<uint> in = upload(data), out = poisoned(data.size()), total = poisoned(1);
     m_scan.exclusive(queue(), {data.size(), counter}, in, inPlace ? in : out, total);
     auto expected = reference::exclusiveScan(firstOf(data, items));

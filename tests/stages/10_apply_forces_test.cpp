@@ -30,16 +30,16 @@ float sizeOf(float4 v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
 void expectNear(float4 actual, float4 expected, float tolerance, const char* what, size_t i) {
   EXPECT_LE(sizeOf(actual - expected), tolerance)
-      << what << " of body " << i << ": (" << actual.x << ", " << actual.y << ", " << actual.z
-      << ") instead of (" << expected.x << ", " << expected.y << ", " << expected.z << ")";
+      << what << " of body " << i << ": (" << actual.x << ", " << actual.y << ", " << actual.z << ") instead of ("
+      << expected.x << ", " << expected.y << ", " << expected.z << ")";
   EXPECT_FLOAT_EQ(actual.w, expected.w) << "w of " << what << " of body " << i;
 }
 
 class ApplyForcesTest : public DeviceTest {
  protected:
   static std::vector<BodyStep> reference(const WorldInput& in, const StepParams& params) {
-    return applyForcesReference(params, in.infos.values, in.poses.values, in.velocities.values,
-                                in.forces.values, in.masses.values, in.dampings.values);
+    return applyForcesReference(params, in.infos.values, in.poses.values, in.velocities.values, in.forces.values,
+                                in.masses.values, in.dampings.values);
   }
 
   std::vector<BodyStep> device(const WorldInput& in, const StepSettings& settings = {}) {
@@ -66,8 +66,7 @@ class ApplyForcesTest : public DeviceTest {
     const float linear = sizeOf(e.linearVelocity), angular = sizeOf(e.angularVelocity);
     expectNear(s.linearVelocity, e.linearVelocity, kPowTolerance * linear, "linear velocity", i);
     expectNear(s.angularVelocity, e.angularVelocity, kPowTolerance * angular, "angular velocity", i);
-    expectNear(s.externalLinear, e.externalLinear, kVectorTolerance * sizeOf(e.externalLinear),
-               "external linear", i);
+    expectNear(s.externalLinear, e.externalLinear, kVectorTolerance * sizeOf(e.externalLinear), "external linear", i);
     expectNear(s.externalAngular, e.externalAngular, kGyroTolerance * (angular + sizeOf(e.externalAngular)),
                "external angular", i);
     const float tensor = sizeOf(e.inverseInertia0) + sizeOf(e.inverseInertia1) + sizeOf(e.inverseInertia2);
@@ -75,8 +74,7 @@ class ApplyForcesTest : public DeviceTest {
     expectNear(s.inverseInertia1, e.inverseInertia1, kVectorTolerance * tensor, "inverse inertia 1", i);
     expectNear(s.inverseInertia2, e.inverseInertia2, kVectorTolerance * tensor, "inverse inertia 2", i);
     expectNear(s.predictedPosition, e.predictedPosition,
-               kVectorTolerance * sizeOf(e.predictedPosition) + kPowTolerance * linear * timeStep, "position",
-               i);
+               kVectorTolerance * sizeOf(e.predictedPosition) + kPowTolerance * linear * timeStep, "position", i);
     // The quaternion is of unit size; the angle of a step is at most pi / 4.
     EXPECT_NEAR(s.predictedOrientation.w, e.predictedOrientation.w, 2e-6f) << "body " << i;
     expectNear(xyzOf(s.predictedOrientation), xyzOf(e.predictedOrientation), 2e-6f, "orientation", i);
@@ -100,8 +98,8 @@ void addRandomMotion(std::mt19937& random, WorldBuilder& b) {
     if (random() % 2) b.damping(i).linear = uniform(random, 0, 1);
     if (random() % 2) b.damping(i).angular = uniform(random, 0, 1);
     if (!(b.info(i).flags & BODY_RIGID)) continue;
-    b.info(i).flags |= random() & (BODY_ADDITIONAL_DAMPING | BODY_GYRO_EXPLICIT | BODY_GYRO_IMPLICIT_WORLD |
-                                   BODY_GYRO_IMPLICIT_BODY);
+    b.info(i).flags |=
+        random() & (BODY_ADDITIONAL_DAMPING | BODY_GYRO_EXPLICIT | BODY_GYRO_IMPLICIT_WORLD | BODY_GYRO_IMPLICIT_BODY);
   }
 }
 
@@ -150,8 +148,7 @@ TEST_F(ApplyForcesTest, KindsOfBodiesSmall) {
 }
 
 TEST_F(ApplyForcesTest, QuarantinedBodiesSpreadNothingSmall) {
-  const float nan = std::numeric_limits<float>::quiet_NaN(),
-              infinite = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
   WorldBuilder b;
   for (int k = 0; k < 4; ++k) addSpinningBrick(b, {static_cast<float>(k), 0, 0, 0});
   for (const uint i : {0u, 1u, 2u}) b.info(i).flags |= BODY_QUARANTINED | BODY_GYRO_EXPLICIT;
@@ -209,8 +206,7 @@ TEST_F(ApplyForcesTest, GyroscopicFlagsSmall) {
   const auto limitedSteps = device(in, limited);
   limited.maxGyroscopicForce = 0.5f;
   const auto halfSteps = device(in, limited);
-  expectNear(halfSteps[1].externalAngular * 2, limitedSteps[1].externalAngular, kGyroTolerance * scale,
-             "limited", 1);
+  expectNear(halfSteps[1].externalAngular * 2, limitedSteps[1].externalAngular, kGyroTolerance * scale, "limited", 1);
   EXPECT_LT(sizeOf(limitedSteps[1].externalAngular), 0.5f * sizeOf(steps[1].externalAngular));
   for (float limit = 1; limit < 100; limit *= 1.3f) {
     limited.maxGyroscopicForce = limit;
@@ -259,8 +255,7 @@ TEST_F(ApplyForcesTest, FactorsAreInTheForcesAlreadySmall) {
 
 TEST_F(ApplyForcesTest, SpinFromNoneToBeyondTheLimitSmall) {
   WorldBuilder b;
-  for (const float rate :
-       {0.0f, 1e-5f, 3e-4f, 4e-4f, 9e-4f, 1.1e-3f, 0.5f, 20.0f, 47.0f, 47.2f, 100.0f, 1e4f}) {
+  for (const float rate : {0.0f, 1e-5f, 3e-4f, 4e-4f, 9e-4f, 1.1e-3f, 0.5f, 20.0f, 47.0f, 47.2f, 100.0f, 1e4f}) {
     const uint i = b.add(b.sphere(1), {}, 1, turnAbout({1, 1, 0, 0}, 1));
     b.velocity(i).angular = {0.6f * rate, 0, -0.8f * rate, 0};
   }
@@ -326,23 +321,19 @@ TEST(ApplyForcesReference, AgreesWithBullet) {
     body.applyDamping(params.timeStep);
     btTransform predicted;
     body.predictIntegratedTransform(params.timeStep, predicted);
-    btVector3 torqueImpulse =
-        vectorOf(in.forces.values[i].torque) * body.getInvInertiaTensorWorld() * params.timeStep;
+    btVector3 torqueImpulse = vectorOf(in.forces.values[i].torque) * body.getInvInertiaTensorWorld() * params.timeStep;
     const uint flags = in.infos.values[i].flags;
     if (flags & BODY_GYRO_EXPLICIT) {
       torqueImpulse -= body.computeGyroscopicForceExplicit(params.maxGyroscopicForce) *
                        body.getInvInertiaTensorWorld() * params.timeStep;
     }
-    if (flags & BODY_GYRO_IMPLICIT_WORLD)
-      torqueImpulse += body.computeGyroscopicImpulseImplicit_World(params.timeStep);
-    if (flags & BODY_GYRO_IMPLICIT_BODY)
-      torqueImpulse += body.computeGyroscopicImpulseImplicit_Body(params.timeStep);
+    if (flags & BODY_GYRO_IMPLICIT_WORLD) torqueImpulse += body.computeGyroscopicImpulseImplicit_World(params.timeStep);
+    if (flags & BODY_GYRO_IMPLICIT_BODY) torqueImpulse += body.computeGyroscopicImpulseImplicit_Body(params.timeStep);
 
     const btScalar linear = body.getLinearVelocity().length(), angular = body.getAngularVelocity().length();
     EXPECT_LE(distance(steps[i].linearVelocity, body.getLinearVelocity()), kPowTolerance * linear) << i;
     EXPECT_LE(distance(steps[i].angularVelocity, body.getAngularVelocity()), kPowTolerance * angular) << i;
-    EXPECT_LE(distance(steps[i].externalAngular, torqueImpulse),
-              kGyroTolerance * (angular + torqueImpulse.length()))
+    EXPECT_LE(distance(steps[i].externalAngular, torqueImpulse), kGyroTolerance * (angular + torqueImpulse.length()))
         << i;
     EXPECT_LE(distance(steps[i].predictedPosition, predicted.getOrigin()), 4e-6f) << i;
     const btMatrix3x3 turn(btQuaternion(steps[i].predictedOrientation.x, steps[i].predictedOrientation.y,

@@ -45,9 +45,8 @@ class UpdateAabbsTest : public DeviceTest {
   }
 
   static UpdatedAabbs reference(const Stage20Input& in, const StepSettings& settings) {
-    return updateAabbsReference(stepParamsOf(settings, {}, false), in.world.infos.values,
-                                in.world.shapes.values, in.world.poses.values, in.steps,
-                                in.world.activations.values, in.oldAabbs);
+    return updateAabbsReference(stepParamsOf(settings, {}, false), in.world.infos.values, in.world.shapes.values,
+                                in.world.poses.values, in.steps, in.world.activations.values, in.oldAabbs);
   }
 
   UpdatedAabbs device(const Stage20Input& in, const StepSettings& settings) {
@@ -65,14 +64,12 @@ class UpdateAabbsTest : public DeviceTest {
     UpdatedAabbs out{bench.read(w.aabbs, n + kSpare), bench.read(w.stepActivations, n + kSpare),
                      bench.counters().outOfBounds};
     for (size_t k = n; k < n + kSpare; ++k) {
-      EXPECT_TRUE(StageBench::isPoison(out.aabbs[k]) && StageBench::isPoison(out.activations[k]))
-          << "written at " << k;
+      EXPECT_TRUE(StageBench::isPoison(out.aabbs[k]) && StageBench::isPoison(out.activations[k])) << "written at " << k;
     }
     out.aabbs.resize(n);
     out.activations.resize(n);
     // A step may be repeated, so what it started from must be untouched.
-    EXPECT_TRUE(n == 0 ||
-                std::memcmp(bench.read(w.oldAabbs, n).data(), in.oldAabbs.data(), n * sizeof(Aabb)) == 0);
+    EXPECT_TRUE(n == 0 || std::memcmp(bench.read(w.oldAabbs, n).data(), in.oldAabbs.data(), n * sizeof(Aabb)) == 0);
     return out;
   }
 
@@ -88,8 +85,7 @@ class UpdateAabbsTest : public DeviceTest {
 
   static void expectSame(const Aabb& a, const Aabb& e, size_t i) {
     const float lower[] = {a.lower.x, a.lower.y, a.lower.z}, upper[] = {a.upper.x, a.upper.y, a.upper.z};
-    const float wantedLower[] = {e.lower.x, e.lower.y, e.lower.z},
-                wantedUpper[] = {e.upper.x, e.upper.y, e.upper.z};
+    const float wantedLower[] = {e.lower.x, e.lower.y, e.lower.z}, wantedUpper[] = {e.upper.x, e.upper.y, e.upper.z};
     for (int k = 0; k < 3; ++k) {
       expectSame(lower[k], wantedLower[k], std::fabs(wantedLower[k]) + std::fabs(wantedUpper[k]), i);
       expectSame(upper[k], wantedUpper[k], std::fabs(wantedLower[k]) + std::fabs(wantedUpper[k]), i);
@@ -174,12 +170,9 @@ TEST_F(UpdateAabbsTest, ContinuousCoversThePredictedPoseSmall) {
 
 TEST_F(UpdateAabbsTest, SleepersKeepTheirAabbUnlessAllAreUpdatedSmall) {
   WorldBuilder b;
-  const int states[] = {STATE_ACTIVE,
-                        STATE_SLEEPING,
-                        STATE_WANTS_DEACTIVATION,
-                        STATE_DISABLE_DEACTIVATION,
-                        STATE_DISABLE_SIMULATION,
-                        STATE_FIXED_BASE};
+  const int states[] = {
+      STATE_ACTIVE,    STATE_SLEEPING, STATE_WANTS_DEACTIVATION, STATE_DISABLE_DEACTIVATION, STATE_DISABLE_SIMULATION,
+      STATE_FIXED_BASE};
   for (const int state : states) b.activation(b.add(b.sphere(1), {10, 0, 0, 0})).state = state;
   const uint newcomer = b.add(b.sphere(1), {10, 0, 0, 0});
   b.activation(newcomer).state = STATE_SLEEPING;
@@ -219,8 +212,7 @@ TEST_F(UpdateAabbsTest, OutOfBoundsBodiesAreDisabledAndCountedSmall) {
   in.steps[tooFast].predictedPosition = {2e6f, 0, 0, 0};
   in.steps[infinite].predictedPosition = {std::numeric_limits<float>::infinity(), 0, 0, 0};
   const Aabb old = {{-1, -1, -1, 0}, {1, 1, 1, 0}};
-  in.oldAabbs[tooFast] = in.oldAabbs[lost] = in.oldAabbs[fixed] = in.oldAabbs[kinematic] =
-      in.oldAabbs[sleeper] = old;
+  in.oldAabbs[tooFast] = in.oldAabbs[lost] = in.oldAabbs[fixed] = in.oldAabbs[kinematic] = in.oldAabbs[sleeper] = old;
 
   for (const bool all : {true, false}) {
     StepSettings settings;
@@ -311,8 +303,7 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
     bodies[i]->setWorldTransform(transformOf(in.poses.values[i]));
     steps[i].predictedPosition = in.poses.values[i].position + uniform3(random, -1, 1);
     steps[i].predictedOrientation = randomTurn(random);
-    bodies[i]->setInterpolationWorldTransform(
-        transformOf({steps[i].predictedPosition, steps[i].predictedOrientation}));
+    bodies[i]->setInterpolationWorldTransform(transformOf({steps[i].predictedPosition, steps[i].predictedOrientation}));
     world.addCollisionObject(bodies[i].get());
   }
   for (const bool continuous : {true, false}) {
@@ -320,15 +311,14 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
     world.updateAabbs();
     StepSettings settings;
     settings.useContinuous = continuous;
-    const auto out = updateAabbsReference(stepParamsOf(settings, {}, false), in.infos.values,
-                                          in.shapes.values, in.poses.values, steps, in.activations.values,
-                                          std::vector<Aabb>(in.bodyCount, kNone));
+    const auto out =
+        updateAabbsReference(stepParamsOf(settings, {}, false), in.infos.values, in.shapes.values, in.poses.values,
+                             steps, in.activations.values, std::vector<Aabb>(in.bodyCount, kNone));
     EXPECT_EQ(out.outOfBounds, 1u);
     for (uint i = 0; i < in.bodyCount; ++i) {
       const btBroadphaseProxy* proxy = bodies[i]->getBroadphaseHandle();
       EXPECT_EQ(out.activations[i].state, bodies[i]->getActivationState());
-      if (out.activations[i].state == STATE_DISABLE_SIMULATION)
-        continue;  // Bullet's is still the one of its creation
+      if (out.activations[i].state == STATE_DISABLE_SIMULATION) continue;  // Bullet's is still the one of its creation
       const float scale = static_cast<float>(proxy->m_aabbMax.length() + proxy->m_aabbMin.length());
       EXPECT_LE((vectorOf(out.aabbs[i].lower) - proxy->m_aabbMin).length(), 2 * kTolerance * scale) << i;
       EXPECT_LE((vectorOf(out.aabbs[i].upper) - proxy->m_aabbMax).length(), 2 * kTolerance * scale) << i;

@@ -73,8 +73,7 @@ class FindPairsTest : public DeviceTest {
     Found found{bench.read(w.keys, capacity + kSpare), bench.counters()};
     EXPECT_EQ(bench.read(w.pairCount, 1).front(), found.counters.pairCount);
     // The sort of the keys makes two rounds over the same bits, so they come to lie where they were.
-    for (size_t k = capacity; k < capacity + kSpare; ++k)
-      EXPECT_TRUE(StageBench::isPoison(found.keys[k])) << k;
+    for (size_t k = capacity; k < capacity + kSpare; ++k) EXPECT_TRUE(StageBench::isPoison(found.keys[k])) << k;
     found.keys.resize(std::min<size_t>(capacity, found.counters.pairCount));
     return found;
   }
@@ -119,8 +118,7 @@ TEST_F(FindPairsTest, TouchingCountsAndOneUlpApartDoesNot) {
 
 TEST_F(FindPairsTest, CountsAroundTheTreesArity) {
   std::mt19937 random(1);
-  for (const uint count : {3u, 7u, 8u, 9u, 31u, 33u, 63u})
-    EXPECT_GT(expectAsReference(randomBoxes(random, count)), 0u);
+  for (const uint count : {3u, 7u, 8u, 9u, 31u, 33u, 63u}) EXPECT_GT(expectAsReference(randomBoxes(random, count)), 0u);
 }
 
 // Oclgrind takes some ten seconds for each world in the GPU shape (eleven radix passes), so it gets this one
@@ -140,8 +138,7 @@ TEST_F(FindPairsTest, AllKindsAtOnceSmall) {
 
 TEST_F(FindPairsTest, RandomOfAllCounts) {
   std::mt19937 random(2);
-  for (const uint count :
-       {1u, 2u, 7u, 8u, 9u, 64u, 65u, 127u, 128u, 129u, 511u, 512u, 513u, 1000u, 4097u, 100u}) {
+  for (const uint count : {1u, 2u, 7u, 8u, 9u, 64u, 65u, 127u, 128u, 129u, 511u, 512u, 513u, 1000u, 4097u, 100u}) {
     SCOPED_TRACE(count);
     expectAsReference(randomBoxes(random, count));
   }
@@ -318,9 +315,9 @@ TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
   std::vector<btBroadphaseProxy*> proxies(count);
   for (uint i = 0; i < count; ++i) {
     indices[i] = i;
-    proxies[i] = broadphase.createProxy(vectorOf(b.aabbs[i].lower), vectorOf(b.aabbs[i].upper),
-                                        SPHERE_SHAPE_PROXYTYPE, &indices[i], b.world.info(i).filterGroup,
-                                        b.world.info(i).filterMask, &dispatcher);
+    proxies[i] =
+        broadphase.createProxy(vectorOf(b.aabbs[i].lower), vectorOf(b.aabbs[i].upper), SPHERE_SHAPE_PROXYTYPE,
+                               &indices[i], b.world.info(i).filterGroup, b.world.info(i).filterMask, &dispatcher);
   }
   for (int step = 0; step < 5; ++step) {
     for (uint i = 0; i < count; ++i) {
@@ -345,8 +342,7 @@ TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
                                 vectorOf(b.aabbs[high].lower), vectorOf(b.aabbs[high].upper))) {
         continue;
       }
-      EXPECT_TRUE(std::binary_search(found.keys.begin(), found.keys.end(), key))
-          << "we lack " << low << ", " << high;
+      EXPECT_TRUE(std::binary_search(found.keys.begin(), found.keys.end(), key)) << "we lack " << low << ", " << high;
     }
   }
   for (btBroadphaseProxy* proxy : proxies) broadphase.destroyProxy(proxy, &dispatcher);

@@ -53,8 +53,7 @@ class GroupPairsTest : public DeviceTest {
     const size_t n = in.keys.size();
     Capacities room;
     room.pairs = n + spare;
-    WorldInput before =
-        in.world;  // what the step started from: stage 35 has to take what stage 20 made of it
+    WorldInput before = in.world;  // what the step started from: stage 35 has to take what stage 20 made of it
     for (BodyActivation& a : before.activations.values) a.state = STATE_SLEEPING;
     StageBench bench(queue(), before, {}, room);
     DeviceWorld& w = bench.world();
@@ -76,8 +75,7 @@ class GroupPairsTest : public DeviceTest {
     bench.run<GroupPairs>();
 
     GroupedPairs out{bench.read(w.pairs), bench.read(w.items, n), bench.read(w.bucketFirst)};
-    for (size_t k = overflow ? 0 : n; k < out.pairs.size(); ++k)
-      EXPECT_TRUE(StageBench::isPoison(out.pairs[k])) << k;
+    for (size_t k = overflow ? 0 : n; k < out.pairs.size(); ++k) EXPECT_TRUE(StageBench::isPoison(out.pairs[k])) << k;
     out.pairs.resize(n);
     return out;
   }
@@ -120,8 +118,7 @@ TEST_F(GroupPairsTest, LowerProxyIdIsAButAPlaneIsBSmall) {
   // Each two bodies with ids in either order.
   for (const bool ascending : {true, false}) {
     WorldBuilder b = twoOfEach();
-    for (uint i = 0; i < b.bodyCount(); ++i)
-      b.info(i).uniqueId = static_cast<int>(ascending ? 5 + i : 50 - i);
+    for (uint i = 0; i < b.bodyCount(); ++i) b.info(i).uniqueId = static_cast<int>(ascending ? 5 + i : 50 - i);
     Stage35Input in = inputOf(b);
     in.keys = allKeys(6);
     for (const Pair& p : expectAsReference(in).pairs) {

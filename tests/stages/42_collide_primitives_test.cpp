@@ -33,8 +33,7 @@ class CollidePrimitivesTest : public DeviceTest {
     bench.setCounters(counters);
     bench.run<CollidePrimitives>(shapeTypes);
     auto contacts = bench.read(bench.world().contacts);
-    for (size_t i = p.pairs.size(); i < contacts.size(); ++i)
-      EXPECT_TRUE(StageBench::isPoison(contacts[i])) << i;
+    for (size_t i = p.pairs.size(); i < contacts.size(); ++i) EXPECT_TRUE(StageBench::isPoison(contacts[i])) << i;
     contacts.resize(p.pairs.size());
     return contacts;
   }
@@ -44,8 +43,7 @@ class CollidePrimitivesTest : public DeviceTest {
     std::memset(static_cast<void*>(&poison), StageBench::kPoison, sizeof poison);
     std::vector<RawContacts> contacts(p.pairs.size(), poison);
     const WorldInput in = p.world.finish();
-    collidePrimitivesReference(p.pairs, in.infos.values, in.shapes.values, in.poses.values, p.oldManifolds,
-                               contacts);
+    collidePrimitivesReference(p.pairs, in.infos.values, in.shapes.values, in.poses.values, p.oldManifolds, contacts);
     return contacts;
   }
 
@@ -72,15 +70,13 @@ class CollidePrimitivesTest : public DeviceTest {
     float normalTolerance = kTolerance;
     if (shapeA.type != shapeB.type && shapeB.type != SHAPE_PLANE) {
       const Shape& sphere = shapeA.type == SHAPE_SPHERE ? shapeA : shapeB;
-      const float gap =
-          e.points[0].w + sphere.extents.x + (shapeA.type == SHAPE_BOX ? shapeA : shapeB).margin;
+      const float gap = e.points[0].w + sphere.extents.x + (shapeA.type == SHAPE_BOX ? shapeA : shapeB).margin;
       if (gap > 0) normalTolerance += kTolerance * size / gap;
     }
     EXPECT_LE(sizeOf(a.normal - e.normal), normalTolerance);
     EXPECT_EQ(a.normal.w, 0);
     for (int k = 0; k < e.count; ++k) {
-      EXPECT_LE(sizeOf(a.points[k] - e.points[k]), kTolerance * size + normalTolerance * reachOf(shapeB))
-          << k;
+      EXPECT_LE(sizeOf(a.points[k] - e.points[k]), kTolerance * size + normalTolerance * reachOf(shapeB)) << k;
       EXPECT_NEAR(a.points[k].w, e.points[k].w, kTolerance * size) << k;
     }
   }
@@ -198,9 +194,7 @@ PairWorld randomPairs(std::mt19937& random, size_t count) {
     const float4 half = uniform3(random, 0.1f, 1);
     return p.world.box(half, 0.1f * std::fmin(half.x, std::fmin(half.y, half.z)));
   };
-  const auto pose = [&](float extent) {
-    return BodyPose{uniform3(random, -extent, extent), randomTurn(random)};
-  };
+  const auto pose = [&](float extent) { return BodyPose{uniform3(random, -extent, extent), randomTurn(random)}; };
   const float4 far = {1000, -2000, 500, 0};
   while (p.pairs.size() < count) {
     const uint kind = static_cast<uint>(p.pairs.size()) % 6;
@@ -221,9 +215,8 @@ PairWorld randomPairs(std::mt19937& random, size_t count) {
     const auto contacts = [&](float by) {
       Shape s = p.shapeOf(pair.bodyA);
       const Shape t = p.shapeOf(pair.bodyB);
-      const float threshold = pair.oldManifold != NO_INDEX
-                                  ? p.oldManifolds.back().breakingThreshold
-                                  : std::fmin(s.breakingThreshold, t.breakingThreshold);
+      const float threshold = pair.oldManifold != NO_INDEX ? p.oldManifolds.back().breakingThreshold
+                                                           : std::fmin(s.breakingThreshold, t.breakingThreshold);
       if (pair.bucket == BUCKET_SPHERE_SPHERE) s.extents.x += by;
       return collidePrimitivesReference(pair.bucket, s, p.world.pose(pair.bodyA), t, p.world.pose(pair.bodyB),
                                         threshold + by)
@@ -250,8 +243,7 @@ TEST_F(CollidePrimitivesTest, RandomOfAllCounts) {
     // Both outcomes are there for each kind, and few pairs were left out.
     size_t some[BUCKET_COUNT] = {}, none[BUCKET_COUNT] = {};
     for (size_t i = 0; i < count; ++i) ++(raw[i].count > 0 ? some : none)[p.pairs[i].bucket];
-    for (const uint bucket :
-         {BUCKET_SPHERE_SPHERE, BUCKET_SPHERE_BOX, BUCKET_SPHERE_PLANE, BUCKET_BOX_PLANE}) {
+    for (const uint bucket : {BUCKET_SPHERE_SPHERE, BUCKET_SPHERE_BOX, BUCKET_SPHERE_PLANE, BUCKET_BOX_PLANE}) {
       EXPECT_GT(some[bucket], 50u) << bucket;
       EXPECT_GT(none[bucket], 10u) << bucket;
     }
@@ -261,8 +253,7 @@ TEST_F(CollidePrimitivesTest, RandomOfAllCounts) {
 
 TEST_F(CollidePrimitivesTest, NothingAfterAnOverflowSmall) {
   std::mt19937 random(3);
-  for (const RawContacts& raw : device(randomPairs(random, 12), OVERFLOW_PAIRS))
-    EXPECT_TRUE(StageBench::isPoison(raw));
+  for (const RawContacts& raw : device(randomPairs(random, 12), OVERFLOW_PAIRS)) EXPECT_TRUE(StageBench::isPoison(raw));
 }
 
 TEST_F(CollidePrimitivesTest, OnlyShapesOfTheWorldAreLookedAt) {
@@ -271,8 +262,7 @@ TEST_F(CollidePrimitivesTest, OnlyShapesOfTheWorldAreLookedAt) {
   const auto raw = device(p, 0, 1u << SHAPE_SPHERE | 1u << SHAPE_BOX);
   for (size_t i = 0; i < raw.size(); ++i) {
     const uint bucket = p.pairs[i].bucket;
-    EXPECT_EQ(StageBench::isPoison(raw[i]), bucket != BUCKET_SPHERE_SPHERE && bucket != BUCKET_SPHERE_BOX)
-        << i;
+    EXPECT_EQ(StageBench::isPoison(raw[i]), bucket != BUCKET_SPHERE_SPHERE && bucket != BUCKET_SPHERE_BOX) << i;
   }
 }
 
@@ -311,8 +301,7 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
       objects[k].setCollisionShape(bulletShapes[k].get());
       objects[k].setWorldTransform(transformOf(poses[k]));
     }
-    const RawContacts raw =
-        collidePrimitivesReference(pair.bucket, shapes[0], poses[0], shapes[1], poses[1], 0);
+    const RawContacts raw = collidePrimitivesReference(pair.bucket, shapes[0], poses[0], shapes[1], poses[1], 0);
     BulletContacts bullet;
     world.contactPairTest(&objects[0], &objects[1], bullet);
     for (const btManifoldPoint& point : bullet.points) {

@@ -39,9 +39,7 @@ void expectValid(const SeparatingAxis& s, const AxisProjections& axes, double si
     const double other = -axes[code].separation, limit = error + axisError(axes[code], code, size);
     EXPECT_GE(other, -limit) << "axis " << code << " separates them";
     // Faces are compared as they are, an edge must beat what it replaces by 5 %.
-    const double wanted = chosen < 6 && code < 6    ? other
-                          : chosen >= 6 && code < 6 ? other / 1.05
-                                                    : other * 1.05;
+    const double wanted = chosen < 6 && code < 6 ? other : chosen >= 6 && code < 6 ? other / 1.05 : other * 1.05;
     EXPECT_LE(depth, wanted + limit) << "axis " << code << " is better than " << chosen;
   }
   const reference::Vec normal = toVec(s.normal);
@@ -76,9 +74,8 @@ class FindSeparatingAxisTest : public DeviceTest {
     counters.overflow = overflow;
     bench.setCounters(counters);
     bench.run<FindSeparatingAxis>();
-    Outcome out{{bench.read(w.axes), bench.read(w.overlapping)},
-                bench.read(w.contacts),
-                bench.read(w.overlapCount, 1).front()};
+    Outcome out{
+        {bench.read(w.axes), bench.read(w.overlapping)}, bench.read(w.contacts), bench.read(w.overlapCount, 1).front()};
     const size_t boxPairs = overflow ? 0 : boxPairsOf(p);
     for (size_t k = boxPairs; k < out.result.axes.size(); ++k) {
       EXPECT_TRUE(StageBench::isPoison(out.result.axes[k])) << k;
@@ -92,8 +89,8 @@ class FindSeparatingAxisTest : public DeviceTest {
   }
 
   static size_t boxPairsOf(const PairWorld& p) {
-    return static_cast<size_t>(std::count_if(p.pairs.begin(), p.pairs.end(),
-                                             [](const Pair& q) { return q.bucket == BUCKET_BOX_BOX; }));
+    return static_cast<size_t>(
+        std::count_if(p.pairs.begin(), p.pairs.end(), [](const Pair& q) { return q.bucket == BUCKET_BOX_BOX; }));
   }
 
   // Returns how many pairs had more than one acceptable axis.
@@ -114,8 +111,8 @@ class FindSeparatingAxisTest : public DeviceTest {
       const AxisProjections axes = projectionsOf(p, pair);
       const double size = pairSize(p, pair);
       expectValid(actual, axes, size, toVec(p.bFromA(pair)));
-      const SeparatingAxis expected = separatingAxisReference(
-          p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
+      const SeparatingAxis expected = separatingAxisReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA),
+                                                              p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
       if (isAmbiguousAxis(axes, size)) {
         ++ambiguous;
       } else {
@@ -172,16 +169,13 @@ TEST_F(FindSeparatingAxisTest, NothingAfterAnOverflowSmall) {
 
 TEST_F(FindSeparatingAxisTest, EachKindOfPose) {
   std::mt19937 random(1);
-  for (const BoxPose kind :
-       {BoxPose::Anyhow, BoxPose::Resting, BoxPose::Aligned, BoxPose::Crossed, BoxPose::Thin}) {
+  for (const BoxPose kind : {BoxPose::Anyhow, BoxPose::Resting, BoxPose::Aligned, BoxPose::Crossed, BoxPose::Thin}) {
     PairWorld p;
     for (int k = 0; k < 500; ++k) addRandomBoxPair(random, p, kind);
     SCOPED_TRACE(static_cast<int>(kind));
     const size_t ambiguous = expectAsReference(p);
     // Where all axes are parallel, or nearly so, each face of A has one of B that is as good.
-    if (kind == BoxPose::Anyhow || kind == BoxPose::Crossed || kind == BoxPose::Thin) {
-      EXPECT_LT(ambiguous, 25u);
-    }
+    if (kind == BoxPose::Anyhow || kind == BoxPose::Crossed || kind == BoxPose::Thin) { EXPECT_LT(ambiguous, 25u); }
     const auto overlapping = device(p).result.overlapping.size();
     EXPECT_GT(overlapping, 100u);
     EXPECT_LT(overlapping, 499u);
@@ -206,8 +200,7 @@ TEST_F(FindSeparatingAxisTest, NearlyParallelEdgesNeverSeparateOrWin) {
   const auto axes = device(p).result.axes;
   for (size_t k = 0; k < axes.size(); ++k) {
     // Codes 6, 10 and 14 are those of the parallel edges; crossing ones may win, between two tilted faces.
-    EXPECT_TRUE(axes[k].code >= 0 && (axes[k].code < 6 || (axes[k].code - 6) % 4 != 0))
-        << k << ": " << axes[k].code;
+    EXPECT_TRUE(axes[k].code >= 0 && (axes[k].code < 6 || (axes[k].code - 6) % 4 != 0)) << k << ": " << axes[k].code;
     EXPECT_NEAR(axes[k].normal.w, 1e-3f, 1.5e-3f) << k;
   }
 }

@@ -31,16 +31,15 @@ Axes axesOf(const PairWorld& p) {
   for (uint i = 0; i < p.pairs.size(); ++i) {
     const Pair& pair = p.pairs[i];
     if (pair.bucket != BUCKET_BOX_BOX) continue;
-    out.axes.push_back(separatingAxisReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA),
-                                               p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB)));
+    out.axes.push_back(separatingAxisReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB),
+                                               p.world.pose(pair.bodyB)));
     if (out.axes.back().code >= 0) out.overlapping.push_back(static_cast<uint>(out.pairOf.size()));
     out.pairOf.push_back(i);
   }
   return out;
 }
 
-std::vector<CandidatePoint> referencePoints(const PairWorld& p, const Pair& pair,
-                                            const SeparatingAxis& axis) {
+std::vector<CandidatePoint> referencePoints(const PairWorld& p, const Pair& pair, const SeparatingAxis& axis) {
   return clipBoxesReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB),
                             p.world.pose(pair.bodyB), axis);
 }
@@ -49,8 +48,7 @@ std::vector<CandidatePoint> referencePoints(const PairWorld& p, const Pair& pair
 // reach equally far along the normal: either may be taken.
 bool hasTwoFeatures(const PairWorld& p, const Pair& pair, const SeparatingAxis& axis) {
   const auto facing = [&](uint body, int k) {
-    return std::fabs(
-        dot(reference::rotationOf(p.world.pose(body).orientation).column(k), toVec(axis.normal)));
+    return std::fabs(dot(reference::rotationOf(p.world.pose(body).orientation).column(k), toVec(axis.normal)));
   };
   constexpr double kTie = 1e-5;
   if (axis.code >= 6) {
@@ -98,12 +96,10 @@ class ClipFacesTest : public DeviceTest {
       SCOPED_TRACE(i);
       expectPair(p, p.pairs[i], axes.axes[position], contacts[i]);
     }
-    for (size_t i = 0; i < contacts.size(); ++i)
-      EXPECT_TRUE(written[i] || StageBench::isPoison(contacts[i])) << i;
+    for (size_t i = 0; i < contacts.size(); ++i) EXPECT_TRUE(written[i] || StageBench::isPoison(contacts[i])) << i;
   }
 
-  static void expectPair(const PairWorld& p, const Pair& pair, const SeparatingAxis& axis,
-                         const RawContacts& raw) {
+  static void expectPair(const PairWorld& p, const Pair& pair, const SeparatingAxis& axis, const RawContacts& raw) {
     EXPECT_TRUE(equal(raw.normal, -xyzOf(axis.normal)));
     ASSERT_GE(raw.count, 0);
     ASSERT_LE(raw.count, RAW_POINTS);
@@ -130,8 +126,7 @@ class ClipFacesTest : public DeviceTest {
   }
 
   static bool isSame(float4 point, const CandidatePoint& expected, const SeparatingAxis& axis, double size) {
-    const double error =
-        kBoxTolerance * size / (axis.code < 6 ? expected.sine : expected.sine * expected.sine);
+    const double error = kBoxTolerance * size / (axis.code < 6 ? expected.sine : expected.sine * expected.sine);
     return length(toVec(point) - expected.onB) <= error && std::fabs(point.w - expected.distance) <= error;
   }
 
@@ -163,8 +158,7 @@ TEST_F(ClipFacesTest, HandMadeSmall) {
   expectAsReference(p, axes);
   const auto raw = device(p, axes);
   const auto countBelow = [&](ExactBoxPair k, float distance) {
-    return std::count_if(raw[k].points, raw[k].points + raw[k].count,
-                         [&](float4 q) { return q.w <= distance; });
+    return std::count_if(raw[k].points, raw[k].points + raw[k].count, [&](float4 q) { return q.w <= distance; });
   };
   EXPECT_EQ(raw[kSameCube].count, 4);
   EXPECT_EQ(countBelow(kSameCube, -2), 4);
@@ -215,8 +209,7 @@ TEST_F(ClipFacesTest, NothingAfterAnOverflowSmall) {
 
 TEST_F(ClipFacesTest, EachKindOfPose) {
   std::mt19937 random(2);
-  for (const BoxPose kind :
-       {BoxPose::Anyhow, BoxPose::Resting, BoxPose::Aligned, BoxPose::Crossed, BoxPose::Thin}) {
+  for (const BoxPose kind : {BoxPose::Anyhow, BoxPose::Resting, BoxPose::Aligned, BoxPose::Crossed, BoxPose::Thin}) {
     PairWorld p;
     for (int k = 0; k < 600; ++k) addRandomBoxPair(random, p, kind);
     SCOPED_TRACE(static_cast<int>(kind));

@@ -15,9 +15,8 @@ namespace {
 TEST_F(MatchContactsTest, AFifthPointReplacesTheOneThatBulletReplacesSmall) {
   const float4 corners[] = {below(1, 1.1f, -0.01f), below(1.2f, -1, -0.01f), below(-1, -1.3f, -0.01f),
                             below(-1.4f, 1, -0.01f)};
-  const float4 fifths[] = {below(1.5f, -1.4f, -0.01f), below(-1.7f, 1.5f, -0.01f),
-                           below(1.6f, 1.5f, -0.01f),  below(-1.5f, -1.8f, -0.01f),
-                           below(0.1f, -0.2f, -0.01f), below(0.1f, 1.2f, -0.03f)};
+  const float4 fifths[] = {below(1.5f, -1.4f, -0.01f),  below(-1.7f, 1.5f, -0.01f), below(1.6f, 1.5f, -0.01f),
+                           below(-1.5f, -1.8f, -0.01f), below(0.1f, -0.2f, -0.01f), below(0.1f, 1.2f, -0.03f)};
   Stage48Input in;
   const int brick = in.world.world.box({1, 0.25f, 1, 0});
   std::vector<int> expected;
@@ -44,8 +43,7 @@ TEST_F(MatchContactsTest, AFifthPointReplacesTheOneThatBulletReplacesSmall) {
   const auto manifolds = expectAsReference(in);
   for (size_t i = 0; i < manifolds.size(); ++i) {
     ASSERT_EQ(manifolds[i].pointCount, 4);
-    for (int k = 0; k < 4; ++k)
-      EXPECT_EQ(manifolds[i].points[k].lifeTime, k == expected[i] ? 1 : 2) << i << ", " << k;
+    for (int k = 0; k < 4; ++k) EXPECT_EQ(manifolds[i].points[k].lifeTime, k == expected[i] ? 1 : 2) << i << ", " << k;
   }
   std::sort(expected.begin(), expected.end());
   EXPECT_EQ(std::unique(expected.begin(), expected.end()) - expected.begin(),
@@ -96,16 +94,15 @@ TEST_F(MatchContactsTest, FollowsBulletsManifoldForSixtySteps) {
     objects[body]->setRestitution(in.world.world.material(body).restitution = uniform(random, 0, 1));
   }
   for (size_t i = 0; i < kPairs; ++i) {
-    manifolds.push_back(std::make_unique<btPersistentManifold>(objects[2 * i].get(), objects[2 * i + 1].get(),
-                                                               0, 0.02f, 1e18f));
+    manifolds.push_back(
+        std::make_unique<btPersistentManifold>(objects[2 * i].get(), objects[2 * i + 1].get(), 0, 0.02f, 1e18f));
   }
   size_t replaced = 0, dropped = 0, matched = 0;
   for (int step = 0; step < 60; ++step) {
     for (size_t i = 0; i < kPairs; ++i) {
       BodyPose& a = in.world.world.pose(in.world.pairs[i].bodyA);
       a.position += uniform3(random, -0.006f, 0.006f);
-      a.orientation =
-          turnProduct(turnAbout(uniform3(random, -1, 1), uniform(random, -0.004f, 0.004f)), a.orientation);
+      a.orientation = turnProduct(turnAbout(uniform3(random, -1, 1), uniform(random, -0.004f, 0.004f)), a.orientation);
       RawContacts& raw = in.contacts[i];
       if (random() % 4 == 0) raw = randomCandidates(random, static_cast<int>(random() % 5), 0.2f);
       raw.count = std::min(raw.count, MANIFOLD_POINTS);
@@ -129,8 +126,8 @@ TEST_F(MatchContactsTest, FollowsBulletsManifoldForSixtySteps) {
       const RawContacts& raw = in.contacts[i];
       const int before = manifolds[i]->getNumContacts();
       for (int k = 0; k < raw.count; ++k) {
-        result.addContactPoint(vectorOf(raw.normal),
-                               vectorOf(raw.points[k]) + a.getWorldTransform().getOrigin(), raw.points[k].w);
+        result.addContactPoint(vectorOf(raw.normal), vectorOf(raw.points[k]) + a.getWorldTransform().getOrigin(),
+                               raw.points[k].w);
       }
       replaced += before == 4 && raw.count > 0;
       const int added = manifolds[i]->getNumContacts();
@@ -154,8 +151,7 @@ TEST_F(MatchContactsTest, FollowsBulletsManifoldForSixtySteps) {
 TEST_F(MatchContactsTest, FollowsBulletsDispatcherForSixtySteps) {
   PairWorld p;
   WorldBuilder& b = p.world;
-  const int ball = b.sphere(0.5f), small = b.sphere(0.25f), floor = b.plane(kUp, 0),
-            brick = b.box({1, 0.5f, 1, 0});
+  const int ball = b.sphere(0.5f), small = b.sphere(0.25f), floor = b.plane(kUp, 0), brick = b.box({1, 0.5f, 1, 0});
   p.add(ball, at(0, 0, 0), small, at(0, -0.75f, 0));
   p.add(ball, at(0, 0, 0), floor, at(0, -0.5f, 0));
   p.add(ball, at(0, 0, 0), brick, at(0, -1, 0));
@@ -163,8 +159,7 @@ TEST_F(MatchContactsTest, FollowsBulletsDispatcherForSixtySteps) {
   btStaticPlaneShape bulletFloor({0, 1, 0}, 0);
   btBoxShape bulletBrick({1, 0.5f, 1});
   b.shape(brick).margin = static_cast<float>(bulletBrick.getMargin());
-  btCollisionShape* shapes[] = {&bulletBall,  &bulletSmall, &bulletBall,
-                                &bulletFloor, &bulletBall,  &bulletBrick};
+  btCollisionShape* shapes[] = {&bulletBall, &bulletSmall, &bulletBall, &bulletFloor, &bulletBall, &bulletBrick};
 
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);

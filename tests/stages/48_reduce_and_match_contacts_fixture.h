@@ -49,8 +49,7 @@ inline RawContacts randomCandidates(std::mt19937& random, int count, float radiu
   const float4 w = {n.y * u.z - n.z * u.y, n.z * u.x - n.x * u.z, n.x * u.y - n.y * u.x, 0};
   std::vector<float4> points;
   for (int k = 0; k < count; ++k) {
-    const float a =
-        6.2831853f * (static_cast<float>(k) + uniform(random, 0, 0.8f)) / static_cast<float>(count);
+    const float a = 6.2831853f * (static_cast<float>(k) + uniform(random, 0, 0.8f)) / static_cast<float>(count);
     const float r = radius * uniform(random, 0.5f, 1), d = uniform(random, -0.1f, 0.018f);
     float4 p = u * (r * std::cos(a)) + w * (r * std::sin(a)) - n * d;
     p.w = d;
@@ -90,8 +89,7 @@ class MatchContactsTest : public DeviceTest {
     bench.setCounters(counters);
     bench.run<ReduceAndMatchContacts>();
     auto manifolds = bench.read(w.manifolds);
-    for (size_t i = overflow ? 0 : n; i < manifolds.size(); ++i)
-      EXPECT_TRUE(StageBench::isPoison(manifolds[i])) << i;
+    for (size_t i = overflow ? 0 : n; i < manifolds.size(); ++i) EXPECT_TRUE(StageBench::isPoison(manifolds[i])) << i;
     // A step may be repeated, so the last one's manifolds must be untouched.
     const auto old = bench.read(w.oldManifolds, in.world.oldManifolds.size());
     EXPECT_TRUE(old.empty() ||
@@ -102,8 +100,8 @@ class MatchContactsTest : public DeviceTest {
 
   static std::vector<Manifold> reference(const Stage48Input& in) {
     const WorldInput w = in.world.world.finish();
-    return matchContactsReference(in.world.pairs, in.contacts, in.world.oldManifolds, w.infos.values,
-                                  w.shapes.values, w.poses.values, w.materials.values);
+    return matchContactsReference(in.world.pairs, in.contacts, in.world.oldManifolds, w.infos.values, w.shapes.values,
+                                  w.poses.values, w.materials.values);
   }
 
   std::vector<Manifold> expectAsReference(const Stage48Input& in, size_t spare = 5) {

@@ -19,8 +19,7 @@ TEST_F(MatchContactsTest, NoOldManifoldSmall) {
     EXPECT_EQ(m[0].processingThreshold, 0.5f);
   }
 
-  in.contacts[0] =
-      candidates(kUp, {below(0.5f, 0.25f, -0.01f), below(-0.5f, 0, 0.029f), below(0, 0, 0.031f)});
+  in.contacts[0] = candidates(kUp, {below(0.5f, 0.25f, -0.01f), below(-0.5f, 0, 0.029f), below(0, 0, 0.031f)});
   m = expectAsReference(in);
   ASSERT_EQ(m[0].pointCount, 2);  // the third is beyond the breaking threshold
   const ContactPoint& p = m[0].points[0];
@@ -82,8 +81,7 @@ TEST_F(MatchContactsTest, MatchedPointsKeepAgeAndImpulsesSmall) {
 
 TEST_F(MatchContactsTest, TheNearestOldPointIsMatchedSmall) {
   Stage48Input in = boxOnBox();
-  in.contacts[0] =
-      candidates(kUp, {below(0, 0, -0.01f), below(0.03f, 0, -0.01f), below(0.015f, 0.02f, -0.01f)});
+  in.contacts[0] = candidates(kUp, {below(0, 0, -0.01f), below(0.03f, 0, -0.01f), below(0.015f, 0.02f, -0.01f)});
   auto m = device(in);
   ASSERT_EQ(m[0].pointCount, 3);
   nextStep(in, std::move(m));
@@ -100,15 +98,11 @@ TEST_F(MatchContactsTest, PointsThatComeApartAreDroppedSmall) {
     int left;
   };
   // Apart along the normal, and sideways, just below and above the threshold of 0.02.
-  for (const Move move : {Move{0, 0.029f, 4},
-                          {0, 0.031f, 0},
-                          {0.0199f, 0, 4},
-                          {0.0201f, 0, 0},
-                          {-0.0201f, -1, 0},
-                          {0, -1, 4}}) {
+  for (const Move move :
+       {Move{0, 0.029f, 4}, {0, 0.031f, 0}, {0.0199f, 0, 4}, {0.0201f, 0, 0}, {-0.0201f, -1, 0}, {0, -1, 4}}) {
     Stage48Input in = boxOnBox();
-    in.contacts[0] = candidates(
-        kUp, {below(1, 1, -0.01f), below(1, -1, -0.01f), below(-1, -1, -0.01f), below(-1, 1, -0.01f)});
+    in.contacts[0] =
+        candidates(kUp, {below(1, 1, -0.01f), below(1, -1, -0.01f), below(-1, -1, -0.01f), below(-1, 1, -0.01f)});
     nextStep(in, device(in));
     in.contacts[0] = candidates(kUp, {});
     in.world.world.pose(0).position = {move.x, move.y, 0, 0};
@@ -186,8 +180,7 @@ TEST_F(MatchContactsTest, ManyCandidatesAreReducedToFour) {
   Stage48Input in;
   const int brick = in.world.world.box({1, 1, 1, 0});
   for (int k = 0; k < 600; ++k) {
-    in.world.add(brick, {{0, 0, 0, 0}, randomTurn(random)}, brick,
-                 {uniform3(random, -1, 1), randomTurn(random)});
+    in.world.add(brick, {{0, 0, 0, 0}, randomTurn(random)}, brick, {uniform3(random, -1, 1), randomTurn(random)});
     in.contacts.push_back(randomCandidates(random, 5 + k % 4, 1));
   }
   const auto manifolds = expectAsReference(in);
@@ -196,8 +189,7 @@ TEST_F(MatchContactsTest, ManyCandidatesAreReducedToFour) {
     const float deepest =
         std::min_element(raw.points, raw.points + raw.count, [](float4 a, float4 b) { return a.w < b.w; })->w;
     float kept = 1;
-    for (int k = 0; k < manifolds[i].pointCount; ++k)
-      kept = std::min(kept, manifolds[i].points[k].localPointA.w);
+    for (int k = 0; k < manifolds[i].pointCount; ++k) kept = std::min(kept, manifolds[i].points[k].localPointA.w);
     EXPECT_NEAR(kept, deepest, 1e-5f) << i;
     EXPECT_GE(manifolds[i].pointCount, 3) << i;
   }
@@ -208,8 +200,8 @@ TEST_F(MatchContactsTest, ASheetsEightCornersAreReducedSmall) {
   Stage48Input in = boxOnBox();
   std::vector<float4> corners;
   for (int k = 0; k < 8; ++k)
-    corners.push_back(below(k & 1 ? 1.0f : -1.0f, k & 4 ? 1.5f : -1.5f,
-                            k & 2 ? 0.002f : -0.001f * static_cast<float>(k + 1)));
+    corners.push_back(
+        below(k & 1 ? 1.0f : -1.0f, k & 4 ? 1.5f : -1.5f, k & 2 ? 0.002f : -0.001f * static_cast<float>(k + 1)));
   in.contacts[0] = candidates(kUp, corners);
   const Manifold m = expectAsReference(in)[0];
   ASSERT_EQ(m.pointCount, 4);
@@ -235,8 +227,7 @@ void moveABit(std::mt19937& random, Stage48Input& in) {
     BodyPose& a = in.world.world.pose(pair.bodyA);
     const float4 step = uniform3(random, -0.012f, 0.012f);
     a.position += step;
-    a.orientation =
-        turnProduct(turnAbout(uniform3(random, -1, 1), uniform(random, -0.01f, 0.01f)), a.orientation);
+    a.orientation = turnProduct(turnAbout(uniform3(random, -1, 1), uniform(random, -0.01f, 0.01f)), a.orientation);
     // Some candidates as before, some elsewhere.
     RawContacts& raw = in.contacts[i];
     if (random() % 3 == 0) raw = randomCandidates(random, static_cast<int>(random() % 9), 1);

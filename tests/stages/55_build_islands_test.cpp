@@ -40,8 +40,7 @@ struct IslandScene {
   }
   BodyActivation& activation(uint body) { return builder.activation(body); }
 
-  void touch(uint a, uint b, int points = 4, uint bucket = BUCKET_SPHERE_SPHERE,
-             uint oldManifold = NO_INDEX) {
+  void touch(uint a, uint b, int points = 4, uint bucket = BUCKET_SPHERE_SPHERE, uint oldManifold = NO_INDEX) {
     pairs.push_back({a, b, oldManifold, bucket});
     Manifold m{};
     m.bodyA = a;
@@ -116,7 +115,6 @@ class BuildIslandsTest : public DeviceTest {
 };
 
 // ---- roots
-// ---------------------------------------------------------------------------------------------------
 
 TEST_F(BuildIslandsTest, NoPairsSmall) {
   const auto result = expectAsReference(IslandScene(5));
@@ -176,7 +174,6 @@ TEST_F(BuildIslandsTest, Stars) {
 }
 
 // ---- sleep
-// ---------------------------------------------------------------------------------------------------
 
 // Bullet's decision for an island of two, by all pairs of states.
 TEST_F(BuildIslandsTest, AllPairsOfStatesSmall) {
@@ -269,7 +266,6 @@ TEST_F(BuildIslandsTest, KinematicWakesByContactSmall) {
 }
 
 // ---- which manifolds are solved
-// ------------------------------------------------------------------------------
 
 TEST_F(BuildIslandsTest, SelectionSmall) {
   IslandScene scene(8);
@@ -315,7 +311,6 @@ TEST_F(BuildIslandsTest, NothingAfterOverflowSmall) {
 }
 
 // ---- random
-// --------------------------------------------------------------------------------------------------
 
 // `degree`: pairs a body; below a half the graph falls into small components, above into a giant one.
 IslandScene randomScene(uint bodies, double degree, unsigned seed) {
@@ -373,13 +368,11 @@ TEST_F(BuildIslandsTest, Random20000) {
 }
 
 // ---- Bullet
-// --------------------------------------------------------------------------------------------------
 
 // A Bullet world of spheres, the same pairs and manifolds for the device, and Bullet's own island manager.
 class BulletIslands {
  public:
-  BulletIslands(unsigned seed, int bodies)
-      : m_world(&m_dispatcher, &m_broadphase, nullptr, &m_configuration) {
+  BulletIslands(unsigned seed, int bodies) : m_world(&m_dispatcher, &m_broadphase, nullptr, &m_configuration) {
     std::mt19937 random(seed);
     for (int i = 0; i < bodies; ++i) add(random);
     // All awake, so that every pair gets its manifold; then the states that the test is about.
@@ -427,8 +420,7 @@ class BulletIslands {
  private:
   void add(std::mt19937& random) {
     const bool isStatic = random() % 8 == 0;
-    btRigidBody::btRigidBodyConstructionInfo info(isStatic ? 0.0f : 1.0f, nullptr, &m_shape,
-                                                  btVector3(1, 1, 1));
+    btRigidBody::btRigidBodyConstructionInfo info(isStatic ? 0.0f : 1.0f, nullptr, &m_shape, btVector3(1, 1, 1));
     info.m_startWorldTransform.setIdentity();
     const float4 p = uniform3(random, -5, 5);
     info.m_startWorldTransform.setOrigin({p.x, p.y, p.z});

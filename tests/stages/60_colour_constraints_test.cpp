@@ -79,8 +79,7 @@ class ColourConstraintsTest : public DeviceTest {
   // Runs the scene with room enough and compares everything with the reference.
   Colours expectAsReference(const ColourScene& scene) {
     const Colours actual = colour(scene, enough(scene));
-    const ColoursReference expected =
-        colourConstraintsReference(scene.constraints, scene.manifolds, scene.steps);
+    const ColoursReference expected = colourConstraintsReference(scene.constraints, scene.manifolds, scene.steps);
     EXPECT_EQ(actual.counters.overflow, 0u);
     EXPECT_EQ(actual.counters.colourCount, expected.colourCount);
     EXPECT_EQ(actual.counters.serialCount, expected.serialCount);
@@ -126,7 +125,6 @@ class ColourConstraintsTest : public DeviceTest {
 };
 
 // ---- the order
-// -----------------------------------------------------------------------------------------------
 
 TEST(Permutation, IsInvertedAndComplete) {
   for (uint bits = 1; bits <= 17; ++bits) {
@@ -157,7 +155,6 @@ TEST(Permutation, BitsOfACount) {
 }
 
 // ---- by hand
-// -------------------------------------------------------------------------------------------------
 
 TEST_F(ColourConstraintsTest, NoneSmall) {
   const Colours c = expectAsReference(ColourScene(3));
@@ -235,7 +232,6 @@ TEST_F(ColourConstraintsTest, TwoHubs) {
 }
 
 // ---- random
-// --------------------------------------------------------------------------------------------------
 
 ColourScene randomScene(uint bodies, uint count, unsigned seed) {
   std::mt19937 random(seed);
@@ -261,12 +257,10 @@ TEST_F(ColourConstraintsTest, Random) {
 TEST_F(ColourConstraintsTest, LongChain) {
   ColourScene scene(20001);
   for (uint i = 1; i < 20000; ++i) scene.add(i, i + 1);
-  EXPECT_LE(expectAsReference(scene).counters.colourCount, 3u)
-      << "greedy needs at most one more than the degree";
+  EXPECT_LE(expectAsReference(scene).counters.colourCount, 3u) << "greedy needs at most one more than the degree";
 }
 
 // ---- overflows
-// -----------------------------------------------------------------------------------------------
 
 TEST_F(ColourConstraintsTest, SlotOverflowSmall) {
   const ColourScene scene = star(3);

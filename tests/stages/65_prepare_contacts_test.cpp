@@ -48,8 +48,8 @@ PointScale scaleOf(const PrepareInput& in, const Manifold& m, const ContactPoint
   for (const auto& [body, local] : {std::pair{m.bodyA, p.localPointA}, std::pair{m.bodyB, p.localPointB}}) {
     const BodyStep& step = in.steps[body];
     const double r = length(toVec(local));
-    const double inertia = length(toVec(step.inverseInertia0)) + length(toVec(step.inverseInertia1)) +
-                           length(toVec(step.inverseInertia2));
+    const double inertia =
+        length(toVec(step.inverseInertia0)) + length(toVec(step.inverseInertia1)) + length(toVec(step.inverseInertia2));
     const double spin = length(toVec(step.angularVelocity)) + length(toVec(step.externalAngular));
     s.velocity += length(toVec(step.linearVelocity)) + length(toVec(step.externalLinear)) + r * spin;
     s.compliance += step.linearVelocity.w + inertia * r * r;
@@ -105,8 +105,7 @@ class PrepareContactsTest : public DeviceTest {
     for (size_t slot = 0; slot < in.slots.size(); ++slot) {
       for (uint k = 0; k < in.slots[slot].pointCount; ++k) {
         expectPoint(in, scene, actual, expected, slot, k);
-        for (size_t f = 0; f < POINT_FIELDS; ++f)
-          written[rowIndex(slot, SLOT_FIELDS, k * POINT_FIELDS + f)] = 1;
+        for (size_t f = 0; f < POINT_FIELDS; ++f) written[rowIndex(slot, SLOT_FIELDS, k * POINT_FIELDS + f)] = 1;
         if (HasFailure()) return;
       }
     }
@@ -122,8 +121,7 @@ class PrepareContactsTest : public DeviceTest {
       const SolverMass &a = actual.solverMasses[i], &e = expected.solverMasses[i];
       const float4 rowsA[] = {a.row0, a.row1, a.row2}, rowsE[] = {e.row0, e.row1, e.row2};
       for (int r = 0; r < 3; ++r) {  // each is a product of three factors
-        EXPECT_LE(length(toVec(rowsA[r] - rowsE[r])), 4 * kRounding * length(toVec(rowsE[r])))
-            << "body " << i;
+        EXPECT_LE(length(toVec(rowsA[r] - rowsE[r])), 4 * kRounding * length(toVec(rowsE[r]))) << "body " << i;
         EXPECT_NEAR(rowsA[r].w, rowsE[r].w, 4 * kRounding * rowsE[r].w) << "body " << i;
       }
     }
@@ -177,8 +175,7 @@ class PrepareContactsTest : public DeviceTest {
     rows.nearVec(ROW_TANGENT1, direction, "direction 1");
     expectTangent(in.params, scale, direction, rows, ROW_TANGENT1_JAC, "friction 1");
     if (in.params.flags & STEP_TWO_FRICTION) {
-      const Fields second{actual.tangent2, expected.tangent2, slot, SLOT_TANGENT2_FIELDS,
-                          k * TANGENT2_FIELDS};
+      const Fields second{actual.tangent2, expected.tangent2, slot, SLOT_TANGENT2_FIELDS, k * TANGENT2_FIELDS};
       second.nearVec(ROW_TANGENT2, direction, "direction 2");
       expectTangent(in.params, scale, direction, second, ROW_TANGENT2_JAC, "friction 2");
     }
@@ -193,8 +190,7 @@ class PrepareContactsTest : public DeviceTest {
     return (kCompliance * s.compliance * jac / p.sor + 4 * kRounding) * jac;
   }
 
-  static void expectNormal(const StepParams& p, const PointScale& s, const Fields& rows,
-                           const ContactPoint& point) {
+  static void expectNormal(const StepParams& p, const PointScale& s, const Fields& rows, const ContactPoint& point) {
     const double jac = rows.e(ROW_NORMAL_JAC), cfm = rows.e(ROW_NORMAL_CFM);
     // The sum of the parts includes cfm = ROW_NORMAL_CFM / jac, which is exact to a few roundings.
     const double jacError = jacTolerance(p, s, jac) + 4 * kRounding * cfm;
@@ -219,17 +215,16 @@ class PrepareContactsTest : public DeviceTest {
     const Vec ra = reference::rotationOf(in.poses[m.bodyA].orientation) * toVec(p.localPointA);
     const Vec rb = reference::rotationOf(in.poses[m.bodyB].orientation) * toVec(p.localPointB);
     const Vec slip = toVec(a.linearVelocity) + toVec(a.externalLinear) +
-                     cross(toVec(a.angularVelocity) + toVec(a.externalAngular), ra) -
-                     toVec(b.linearVelocity) - toVec(b.externalLinear) -
-                     cross(toVec(b.angularVelocity) + toVec(b.externalAngular), rb);
+                     cross(toVec(a.angularVelocity) + toVec(a.externalAngular), ra) - toVec(b.linearVelocity) -
+                     toVec(b.externalLinear) - cross(toVec(b.angularVelocity) + toVec(b.externalAngular), rb);
     const Vec n = toVec(p.normalWorldOnB);
     const double lateral = length(slip - n * dot(n, slip));
     const double fromSlip = lateral > 1e-3 ? 2 * kVelocity * s.velocity / lateral : 0;
     return fromSlip + kTurned + 16 * kRounding;
   }
 
-  static void expectTangent(const StepParams& p, const PointScale& s, double direction, const Fields& f,
-                            size_t jacAt, const char* what) {
+  static void expectTangent(const StepParams& p, const PointScale& s, double direction, const Fields& f, size_t jacAt,
+                            const char* what) {
     const double jac = f.e(jacAt), rhs = f.e(jacAt + 1);
     // The direction enters the compliance twice.
     const double jacError = jacTolerance(p, s, jac) + 2 * direction * s.compliance * jac * jac / p.sor;
@@ -246,14 +241,12 @@ class PrepareContactsTest : public DeviceTest {
     const double jacError = jac * (jac * s.inertia * (2 * axis + 12 * kRounding) + 2 * kRounding);
     f.nearVec(ROW_TORSION_AXIS, axis, "torsional axis");
     f.near(ROW_TORSION_JAC, jacError, "torsional jac");
-    f.near(ROW_TORSION_RHS,
-           jacError / jac * std::fabs(f.e(ROW_TORSION_RHS)) + jac * s.spin * (axis + 8 * kRounding),
+    f.near(ROW_TORSION_RHS, jacError / jac * std::fabs(f.e(ROW_TORSION_RHS)) + jac * s.spin * (axis + 8 * kRounding),
            "torsional rhs");
   }
 };
 
 // ---- by hand: one sphere of mass 1 and radius 1 on a static one, the contact straight below
-// ------------------
 
 struct OneContact {
   ContactScene scene;
@@ -317,8 +310,7 @@ TEST_F(OneContactTest, ForcesSmall) {
 // choice of the friction direction, but not for the friction row itself.
 TEST_F(OneContactTest, TorqueIsNoFrictionSmall) {
   OneContact c;
-  c.scene.builder.forces(c.sphere).torque = {0, 0, 24,
-                                             0};  // z spin of 24 / 0.4 / 60 = 1: the contact moves along +x
+  c.scene.builder.forces(c.sphere).torque = {0, 0, 24, 0};  // z spin of 24 / 0.4 / 60 = 1: the contact moves along +x
   const auto r = rows(c);
   EXPECT_FLOAT_EQ(r[ROW_TANGENT1], 1);
   EXPECT_EQ(r[ROW_TANGENT1_RHS], 0);
@@ -467,7 +459,6 @@ TEST_F(OneContactTest, NothingAfterOverflowSmall) {
 }
 
 // ---- random
-// --------------------------------------------------------------------------------------------------
 
 // All combinations of the settings that choose friction directions.
 std::vector<StepSettings> frictionSettings() {
@@ -518,7 +509,6 @@ TEST_F(PrepareContactsTest, Random) {
 }
 
 // ---- Bullet
-// --------------------------------------------------------------------------------------------------
 
 // The rows that Bullet's own solver makes of the same bodies and manifolds, put where the device has them.
 class PrepareAsBullet : public PrepareContactsTest {
@@ -546,8 +536,8 @@ class PrepareAsBullet : public PrepareContactsTest {
   }
 
   // Puts Bullet's rows of one point into the reference's place.
-  static void overwrite(BulletContacts& bullet, const ContactScene& scene, Prepared& out, size_t slot,
-                        size_t manifold, uint k, int row) {
+  static void overwrite(BulletContacts& bullet, const ContactScene& scene, Prepared& out, size_t slot, size_t manifold,
+                        uint k, int row) {
     const auto put = [&](std::vector<float>& array, size_t fields, size_t field, float value) {
       array[rowIndex(slot, fields, field)] = value;
     };

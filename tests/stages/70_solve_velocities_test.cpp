@@ -82,9 +82,8 @@ class SolveVelocitiesTest : public DeviceTest {
  protected:
   SolveReference read(StageBench& bench, const ContactScene& scene) {
     DeviceWorld& world = bench.world();
-    return {bench.read(world.solverBodies, world.bodyCount), bench.read(world.rows),
-            bench.read(world.tangent2), bench.read(world.torsion),
-            bench.read(world.manifolds, scene.manifolds.size())};
+    return {bench.read(world.solverBodies, world.bodyCount), bench.read(world.rows), bench.read(world.tangent2),
+            bench.read(world.torsion), bench.read(world.manifolds, scene.manifolds.size())};
   }
 
   struct Solved {
@@ -139,7 +138,6 @@ class SolveVelocitiesTest : public DeviceTest {
 };
 
 // ---- by hand
-// -------------------------------------------------------------------------------------------------
 
 // A unit sphere on the ground, as in the test of stage 65.
 ContactScene sphereOnGround(float4 velocity) {
@@ -225,7 +223,6 @@ TEST_F(SolveVelocitiesTest, NothingAfterOverflowSmall) {
 }
 
 // ---- random
-// --------------------------------------------------------------------------------------------------
 
 // All combinations of what changes the way that rows are visited.
 void setVariant(ContactScene& scene, uint bits) {
@@ -278,7 +275,6 @@ TEST_F(SolveVelocitiesTest, SerialBatch) {
 }
 
 // ---- convergence
-// ---------------------------------------------------------------------------------------------
 
 // A heap of spheres on a grid, each pressed upon its lower neighbours by gravity. Without friction and bounce
 // the solver minimises a convex energy over impulses >= 0, one impulse after the other.
@@ -323,9 +319,7 @@ double residualOf(const std::vector<SlotHeader>& slots, const SolveReference& st
     if (slots[slot].manifold == NO_INDEX) continue;
     const auto at = [&](size_t f) { return state.rows[rowIndex(slot, SLOT_FIELDS, f)]; };
     const float4 n = {at(ROW_NORMAL), at(ROW_NORMAL + 1), at(ROW_NORMAL + 2), 0};
-    const auto linear = [&](uint body) {
-      return body == NO_INDEX ? float4{} : state.bodies[body].deltaLinear;
-    };
+    const auto linear = [&](uint body) { return body == NO_INDEX ? float4{} : state.bodies[body].deltaLinear; };
     // The contacts are central: no spin comes in.
     const double velocity = dot3(n, linear(slots[slot].bodyA)) - dot3(n, linear(slots[slot].bodyB));
     const double jac = at(ROW_NORMAL_JAC), impulse = at(ROW_NORMAL_IMPULSE);
@@ -353,7 +347,6 @@ TEST_F(SolveVelocitiesTest, ResidualFalls) {
 }
 
 // ---- Bullet
-// --------------------------------------------------------------------------------------------------
 
 // Single manifolds, where the order of the rows is Bullet's: stages 65, 70 and 80 against solveGroup.
 class SolveAsBullet : public SolveVelocitiesTest {
@@ -390,8 +383,7 @@ class SolveAsBullet : public SolveVelocitiesTest {
   }
 
   // Differences to Bullet, as velocities; what Bullet moves by push velocities is compared as pose.
-  static void compare(const ContactScene& scene, const Result& result, BulletContacts& bullet,
-                      Difference& error) {
+  static void compare(const ContactScene& scene, const Result& result, BulletContacts& bullet, Difference& error) {
     const WorldInput in = scene.builder.finish();
     for (uint i = 0; i < in.bodyCount; ++i) {
       const btRigidBody* body = bullet.rigid(i);

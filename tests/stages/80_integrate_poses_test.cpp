@@ -111,10 +111,10 @@ class IntegratePosesTest : public DeviceTest {
                              const BodyVelocity& expected) {
     const SolverBody& s = scene.solverBodies[i];
     const BodyStep& step = scene.steps[i];
-    const float linear = length3(was.linear) + length3(xyz(step.linearVelocity)) + length3(step.externalLinear) +
-                         length3(s.deltaLinear);
-    const float angular = length3(was.angular) + length3(xyz(step.angularVelocity)) +
-                          length3(step.externalAngular) + length3(s.deltaAngular);
+    const float linear =
+        length3(was.linear) + length3(xyz(step.linearVelocity)) + length3(step.externalLinear) + length3(s.deltaLinear);
+    const float angular = length3(was.angular) + length3(xyz(step.angularVelocity)) + length3(step.externalAngular) +
+                          length3(s.deltaAngular);
     if (!std::isfinite(linear) || !std::isfinite(angular)) {
       EXPECT_TRUE(sameBits(actual, expected));
       return;
@@ -126,7 +126,7 @@ class IntegratePosesTest : public DeviceTest {
   }
 };
 
-// ---- by hand -------------------------------------------------------------------------------------------------
+// ---- by hand
 
 TEST_F(IntegratePosesTest, FreeMotionSmall) {
   PoseScene scene;
@@ -268,8 +268,7 @@ TEST_F(IntegratePosesTest, NothingAfterOverflowSmall) {
   scene.steps[scene.add()].linearVelocity = {60, kNan, 0, 1};
   scene.steps[scene.add()].linearVelocity = {60, 0, 0, 1};
   const PosesReference was = before(scene);
-  for (const uint overflow :
-       {OVERFLOW_PAIRS, OVERFLOW_SLOTS, OVERFLOW_COLOURS, OVERFLOW_ROUNDS, OVERFLOW_SERIAL}) {
+  for (const uint overflow : {OVERFLOW_PAIRS, OVERFLOW_SLOTS, OVERFLOW_COLOURS, OVERFLOW_ROUNDS, OVERFLOW_SERIAL}) {
     const Poses p = device(scene, overflow);
     EXPECT_EQ(p.quarantined, 0u);
     for (uint i = 0; i < 2; ++i) {
@@ -280,13 +279,20 @@ TEST_F(IntegratePosesTest, NothingAfterOverflowSmall) {
   }
 }
 
-// ---- random --------------------------------------------------------------------------------------------------
+// ---- random
 
 PoseScene randomScene(uint bodies, unsigned seed) {
   std::mt19937 random(seed);
   PoseScene scene;
-  const uint kinds[] = {BODY_INTEGRATED, BODY_INTEGRATED, BODY_INTEGRATED, BODY_INTEGRATED, BODY_STATIC,
-                        BODY_KINEMATIC, BODY_KINEMATIC | BODY_INTEGRATED, 0, BODY_INTEGRATED | BODY_QUARANTINED};
+  const uint kinds[] = {BODY_INTEGRATED,
+                        BODY_INTEGRATED,
+                        BODY_INTEGRATED,
+                        BODY_INTEGRATED,
+                        BODY_STATIC,
+                        BODY_KINEMATIC,
+                        BODY_KINEMATIC | BODY_INTEGRATED,
+                        0,
+                        BODY_INTEGRATED | BODY_QUARANTINED};
   while (scene.bodyCount() < bodies) {
     const uint i = scene.add(kinds[random() % std::size(kinds)], static_cast<int>(random() % 7));
     if (random() % 16 == 0) scene.builder.info(i).flags &= ~BODY_PRESENT;

@@ -68,7 +68,7 @@ class UpdateActivationTest : public DeviceTest {
   }
 };
 
-// ---- by hand -------------------------------------------------------------------------------------------------
+// ---- by hand
 
 TEST_F(UpdateActivationTest, TimerSmall) {
   SleepScene scene;  // thresholds: 0.8 and 1
@@ -127,7 +127,7 @@ TEST_F(UpdateActivationTest, NothingAfterOverflowSmall) {
   EXPECT_EQ(s.velocities[0].linear.x, 5);
 }
 
-// ---- every state with every speed, timer and setting ---------------------------------------------------------
+// ---- every state with every speed, timer and setting
 
 SleepScene everything() {
   SleepScene scene;
@@ -188,7 +188,7 @@ TEST_F(UpdateActivationTest, ManyStepsSmall) {
   EXPECT_EQ(scene.builder.activation(3).state, STATE_ACTIVE) << "too fast";
 }
 
-// ---- Bullet --------------------------------------------------------------------------------------------------
+// ---- Bullet
 
 class OpenBulletWorld : public btDiscreteDynamicsWorld {
  public:

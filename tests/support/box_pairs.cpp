@@ -49,8 +49,7 @@ size_t addRandomBoxPair(std::mt19937& random, PairWorld& p, BoxPose kind) {
 
 PairWorld randomBoxPairs(std::mt19937& random, size_t count) {
   PairWorld p;
-  const BoxPose kinds[] = {BoxPose::Anyhow, BoxPose::Resting, BoxPose::Aligned, BoxPose::Crossed,
-                           BoxPose::Thin};
+  const BoxPose kinds[] = {BoxPose::Anyhow, BoxPose::Resting, BoxPose::Aligned, BoxPose::Crossed, BoxPose::Thin};
   const int ball = p.world.sphere(1);
   for (size_t n = 0; n < count; ++n) {
     addRandomBoxPair(random, p, kinds[n % 5]);
@@ -85,13 +84,11 @@ PairWorld exactBoxPairs() {
 }
 
 double pairSize(const PairWorld& p, const Pair& pair) {
-  return sizeOf(p.bFromA(pair)) + sizeOf(p.shapeOf(pair.bodyA).extents) +
-         sizeOf(p.shapeOf(pair.bodyB).extents);
+  return sizeOf(p.bFromA(pair)) + sizeOf(p.shapeOf(pair.bodyA).extents) + sizeOf(p.shapeOf(pair.bodyB).extents);
 }
 
 AxisProjections projectionsOf(const PairWorld& p, const Pair& pair) {
-  return projectBoxes(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB),
-                      p.world.pose(pair.bodyB));
+  return projectBoxes(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
 }
 
 double axisError(const AxisProjection& axis, size_t code, double size) {

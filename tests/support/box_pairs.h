@@ -45,7 +45,6 @@ enum ExactBoxPair {
 };
 
 // ---- how exact the kernels are
-// ------------------------------------------------------------------------------
 
 // A projection or a point is a sum of some 30 rounded products, none longer than the pair's size: distance of
 // the centres plus both half diagonals.

@@ -21,12 +21,11 @@ btContactSolverInfo infoOf(const StepSettings& s) {
   info.m_warmstartingFactor = s.warmStartingFactor;
   info.m_restitutionVelocityThreshold = s.restitutionVelocityThreshold;
   info.m_maxGyroscopicForce = s.maxGyroscopicForce;
-  info.m_solverMode =
-      (s.warmStarting ? SOLVER_USE_WARMSTARTING : 0) |
-      (s.twoFrictionDirections ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
-      (s.frictionDirectionCaching ? SOLVER_ENABLE_FRICTION_DIRECTION_CACHING : 0) |
-      (s.velocityDependentFriction ? 0 : SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION) |
-      (s.interleaveContactAndFriction ? SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS : 0);
+  info.m_solverMode = (s.warmStarting ? SOLVER_USE_WARMSTARTING : 0) |
+                      (s.twoFrictionDirections ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
+                      (s.frictionDirectionCaching ? SOLVER_ENABLE_FRICTION_DIRECTION_CACHING : 0) |
+                      (s.velocityDependentFriction ? 0 : SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION) |
+                      (s.interleaveContactAndFriction ? SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS : 0);
   return info;
 }
 
@@ -46,9 +45,8 @@ BulletContacts::BulletContacts(const ContactScene& scene) : m_info(infoOf(scene.
 void BulletContacts::addBody(const WorldInput& in, uint i) {
   const uint flags = in.infos.values[i].flags;
   const BodyPose& pose = in.poses.values[i];
-  const btTransform transform(
-      {pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w},
-      toBullet(pose.position));
+  const btTransform transform({pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w},
+                              toBullet(pose.position));
   if (flags & BODY_RIGID) {
     const BodyMass& mass = in.masses.values[i];
     const float inverseMass = mass.inverseInertiaLocal.w;
@@ -72,9 +70,8 @@ void BulletContacts::addBody(const WorldInput& in, uint i) {
   btCollisionObject& object = *m_objects.back();
   object.setCollisionFlags(collisionFlags(flags));
   object.setWorldArrayIndex(static_cast<int>(i));
-  const int anisotropic =
-      (flags & BODY_ANISOTROPIC ? btCollisionObject::CF_ANISOTROPIC_FRICTION : 0) |
-      (flags & BODY_ANISOTROPIC_ROLLING ? btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION : 0);
+  const int anisotropic = (flags & BODY_ANISOTROPIC ? btCollisionObject::CF_ANISOTROPIC_FRICTION : 0) |
+                          (flags & BODY_ANISOTROPIC_ROLLING ? btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION : 0);
   object.setAnisotropicFriction(toBullet(in.materials.values[i].anisotropicFriction), anisotropic);
   if (!object.isStaticOrKinematicObject()) m_bodies.push_back(&object);
 }
@@ -86,8 +83,7 @@ void BulletContacts::addManifold(const Manifold& from) {
   m_list.push_back(m_manifolds.back().get());
   for (int k = 0; k < from.pointCount; ++k) {
     const ContactPoint& c = from.points[k];
-    btManifoldPoint p(toBullet(c.localPointA), toBullet(c.localPointB), toBullet(c.normalWorldOnB),
-                      c.localPointA.w);
+    btManifoldPoint p(toBullet(c.localPointA), toBullet(c.localPointB), toBullet(c.normalWorldOnB), c.localPointA.w);
     p.m_positionWorldOnA = a.getWorldTransform() * p.m_localPointA;
     p.m_positionWorldOnB = b.getWorldTransform() * p.m_localPointB;
     p.m_combinedFriction = c.combined.x;
@@ -112,9 +108,8 @@ void BulletContacts::setup() {
 }
 
 void BulletContacts::solve() {
-  m_solver.solveGroupCacheFriendlyIterations(m_bodies.data(), static_cast<int>(m_bodies.size()),
-                                             m_list.data(), static_cast<int>(m_list.size()), nullptr, 0,
-                                             m_info, nullptr);
+  m_solver.solveGroupCacheFriendlyIterations(m_bodies.data(), static_cast<int>(m_bodies.size()), m_list.data(),
+                                             static_cast<int>(m_list.size()), nullptr, 0, m_info, nullptr);
   m_solver.solveGroupCacheFriendlyFinish(m_bodies.data(), static_cast<int>(m_bodies.size()), m_info);
 }
 

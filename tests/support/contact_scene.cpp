@@ -37,8 +37,7 @@ uint addRandomBody(ContactScene& scene, std::mt19937& random, const RandomContac
     if (kind == 3) b.info(i).flags |= BODY_KINEMATIC;  // but left with its mass
   }
   if (kind < 2) return i;
-  b.velocity(i) = {uniform3(random, -what.maxSpeed, what.maxSpeed),
-                   uniform3(random, -what.maxSpeed, what.maxSpeed)};
+  b.velocity(i) = {uniform3(random, -what.maxSpeed, what.maxSpeed), uniform3(random, -what.maxSpeed, what.maxSpeed)};
   if (kind == 2) return i;
   b.forces(i) = {uniform3(random, -20, 20), uniform3(random, -5, 5)};
   if (!what.oddities) return i;
@@ -83,8 +82,7 @@ Manifold& ContactScene::addManifold(uint a, uint b) {
   return manifolds.back();
 }
 
-ContactPoint& ContactScene::addPoint(Manifold& manifold, float4 normalOnB, float distance, float4 armA,
-                                     float4 armB) {
+ContactPoint& ContactScene::addPoint(Manifold& manifold, float4 normalOnB, float distance, float4 armA, float4 armB) {
   ContactPoint& p = manifold.points[manifold.pointCount++];
   p = ContactPoint{};
   p.localPointA = withW(rotateInverse(builder.pose(manifold.bodyA).orientation, armA), distance);
@@ -154,9 +152,8 @@ std::vector<SlotHeader> readSlots(StageBench& bench) {
 
 PrepareInput prepareInput(StageBench& bench, const ContactScene& scene) {
   const WorldInput in = scene.builder.finish();
-  return {
-      bench.params(),   in.infos.values,     in.poses.values, bench.read(bench.world().steps, in.bodyCount),
-      in.masses.values, in.materials.values, readSlots(bench)};
+  return {bench.params(),   in.infos.values,     in.poses.values, bench.read(bench.world().steps, in.bodyCount),
+          in.masses.values, in.materials.values, readSlots(bench)};
 }
 
 }  // namespace btgpu

@@ -58,16 +58,13 @@ inline void expectNear(const BodyState& a, const BodyState& b, double tolerance,
   EXPECT_LE(distance(a.inverseInertiaWorld, b.inverseInertiaWorld), tolerance) << what << ": inverse inertia";
   EXPECT_LE(distance(a.force, b.force), tolerance) << what << ": force";
   EXPECT_LE(distance(a.torque, b.torque), tolerance) << what << ": torque";
-  EXPECT_NEAR(double(a.deactivationTime), double(b.deactivationTime), tolerance)
-      << what << ": deactivation time";
+  EXPECT_NEAR(double(a.deactivationTime), double(b.deactivationTime), tolerance) << what << ": deactivation time";
   EXPECT_EQ(a.hitFraction, b.hitFraction) << what << ": hit fraction";
   EXPECT_EQ(a.activation, b.activation) << what << ": activation state";
 }
 
 // The same bits, as a world on the stock path has to have.
-inline void expectSame(const BodyState& a, const BodyState& b, const std::string& what) {
-  expectNear(a, b, 0, what);
-}
+inline void expectSame(const BodyState& a, const BodyState& b, const std::string& what) { expectNear(a, b, 0, what); }
 
 // Rounding of float poses and velocities of size `scale` over a number of steps: each is rounded at most four
 // times a step (velocity change, product with the time step, sum, quaternion to matrix), each time by half a

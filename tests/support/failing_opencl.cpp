@@ -68,8 +68,7 @@ using btgpu::test::plan;
 using btgpu::test::real;
 using btgpu::test::spend;
 
-extern "C" cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host,
-                                 cl_int* error) {
+extern "C" cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* error) {
   ++plan.buffers;
   const bool tooLarge = size > plan.largestBuffer;
   if (tooLarge) ++plan.failures;
@@ -85,6 +84,6 @@ extern "C" cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kerne
                                          cl_uint waitCount, const cl_event* wait, cl_event* event) {
   ++plan.launches;
   if (spend(plan.launchesLeft)) return plan.launchCode;
-  return real<decltype(&clEnqueueNDRangeKernel)>("clEnqueueNDRangeKernel")(
-      queue, kernel, dimensions, offset, global, local, waitCount, wait, event);
+  return real<decltype(&clEnqueueNDRangeKernel)>("clEnqueueNDRangeKernel")(queue, kernel, dimensions, offset, global,
+                                                                           local, waitCount, wait, event);
 }

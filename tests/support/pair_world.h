@@ -14,9 +14,7 @@ inline float sizeOf(float4 v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v
 inline float4 xyzOf(float4 v) { return {v.x, v.y, v.z, 0}; }
 inline bool equal(float4 a, float4 b) { return a.x == b.x && a.y == b.y && a.z == b.z && a.w == b.w; }
 
-inline BodyPose at(float x, float y, float z, float4 orientation = kNoTurn) {
-  return {{x, y, z, 0}, orientation};
-}
+inline BodyPose at(float x, float y, float z, float4 orientation = kNoTurn) { return {{x, y, z, 0}, orientation}; }
 
 // Pair k is of bodies 2k and 2k + 1, in this order.
 struct PairWorld {

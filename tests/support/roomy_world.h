@@ -12,8 +12,7 @@ namespace btgpu {
 
 class RoomyWorld {
  public:
-  RoomyWorld(Queue& queue, const Capacities& room)
-      : m_queue(queue), m_room(room), m_pipeline(queue.device()) {}
+  RoomyWorld(Queue& queue, const Capacities& room) : m_queue(queue), m_room(room), m_pipeline(queue.device()) {}
 
   // One step, as WorldEngine does it up to the point where it would look for an overflow.
   StepResults step(const WorldInput& input, const StepSettings& settings) {
@@ -47,8 +46,7 @@ class RoomyWorld {
     return same(m_before.poses, m_after.poses) && same(m_before.velocities, m_after.velocities) &&
            same(m_before.activations, m_after.activations) && same(m_before.infos, m_after.infos) &&
            same(m_before.oldAabbs, m_after.oldAabbs) && same(m_before.oldKeys, m_after.oldKeys) &&
-           same(m_before.oldManifolds, m_after.oldManifolds) &&
-           same(m_before.oldPairCount, m_after.oldPairCount);
+           same(m_before.oldManifolds, m_after.oldManifolds) && same(m_before.oldPairCount, m_after.oldPairCount);
   }
 
   template <typename T>

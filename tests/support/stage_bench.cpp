@@ -67,8 +67,7 @@ uint shapeTypesOf(const WorldInput& input) {
 
 StageBench::StageBench(Queue& queue, const WorldInput& input, const StepSettings& settings, Capacities wanted)
     : m_queue(queue) {
-  m_world.reserve(queue, withDefaults(wanted, input.bodyCount), settings.twoFrictionDirections,
-                  hasTorsion(input));
+  m_world.reserve(queue, withDefaults(wanted, input.bodyCount), settings.twoFrictionDirections, hasTorsion(input));
   m_world.oldPairCount.copyFromHost(queue, {0u});
   m_world.upload(queue, input);
   queue.finish();

@@ -18,8 +18,7 @@ class StageBench {
  public:
   // Uploads the world and sets params and counters as WorldEngine does before a step. Fields of `wanted` that
   // are zero get room enough for small tests: 8 pairs a body, at least 64, and slots for all of them.
-  StageBench(Queue& queue, const WorldInput& input, const StepSettings& settings = {},
-             Capacities wanted = {});
+  StageBench(Queue& queue, const WorldInput& input, const StepSettings& settings = {}, Capacities wanted = {});
 
   Queue& queue() { return m_queue; }
   DeviceWorld& world() { return m_world; }

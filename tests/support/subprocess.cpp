@@ -50,8 +50,7 @@ std::vector<char*> pointers(const std::vector<std::string>& strings) {
 class Terminal {
  public:
   Terminal() : m_master(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
-    if (m_master < 0 || grantpt(m_master) != 0 || unlockpt(m_master) != 0)
-      throw std::runtime_error("no terminal");
+    if (m_master < 0 || grantpt(m_master) != 0 || unlockpt(m_master) != 0) throw std::runtime_error("no terminal");
     m_slave = open(ptsname(m_master), O_RDWR | O_NOCTTY | O_CLOEXEC);
   }
   ~Terminal() {
@@ -65,8 +64,7 @@ class Terminal {
     std::string text;
     char buffer[4096];
     // Once the last writer is gone, reading fails with EIO.
-    for (ssize_t n; (n = read(m_master, buffer, sizeof buffer)) > 0;)
-      text.append(buffer, static_cast<size_t>(n));
+    for (ssize_t n; (n = read(m_master, buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<size_t>(n));
     return text;
   }
 

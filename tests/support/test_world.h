@@ -17,7 +17,9 @@ template <typename World>
 struct WorldOf {
   WorldOf() : dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration), objects(world) {}
   explicit WorldOf(const btGpuSettings& settings)
-      : dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration, settings), objects(world) {}
+      : dispatcher(&configuration),
+        world(&dispatcher, &broadphase, &solver, &configuration, settings),
+        objects(world) {}
 
   void run(int steps, double timeStep = 1.0 / 60.0) {
     for (int i = 0; i < steps; ++i) world.stepSimulation(static_cast<btScalar>(timeStep), 0);

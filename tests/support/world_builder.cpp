@@ -149,8 +149,7 @@ void WorldBuilder::addRandom(std::mt19937& random, const RandomWorld& what) {
     if (uniform(random, 0, 1) < what.freeShare) addFree();
     const bool round = random() % 2 != 0;
     const float4 size = uniform3(random, what.minSize, what.maxSize);
-    const int shapeIndex =
-        round ? sphere(size.x) : box(size, 0.1f * std::fmin(size.x, std::fmin(size.y, size.z)));
+    const int shapeIndex = round ? sphere(size.x) : box(size, 0.1f * std::fmin(size.x, std::fmin(size.y, size.z)));
     const float4 position = uniform3(random, -what.extent, what.extent), orientation = randomTurn(random);
     const float kind = uniform(random, 0, 1);
     uint i;
@@ -162,8 +161,7 @@ void WorldBuilder::addRandom(std::mt19937& random, const RandomWorld& what) {
       i = add(shapeIndex, position, uniform(random, 0.5f, 4), orientation);
     }
     if (info(i).flags & BODY_STATIC) continue;
-    velocity(i) = {uniform3(random, -what.maxSpeed, what.maxSpeed),
-                   uniform3(random, -what.maxSpeed, what.maxSpeed)};
+    velocity(i) = {uniform3(random, -what.maxSpeed, what.maxSpeed), uniform3(random, -what.maxSpeed, what.maxSpeed)};
   }
 }
 

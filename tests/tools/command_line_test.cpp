@@ -34,9 +34,7 @@ Arguments operator+(Arguments a, const Arguments& b) {
   return a;
 }
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 // What a script relies on when something is wrong: the status, and one line for its user that holds all of
 // `parts`.
@@ -107,8 +105,7 @@ TEST(CommandLine, ScenesListsEachSceneWithSizeAndSteps) {
 }
 
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
-  for (const Arguments& arguments :
-       {Arguments{"--help"}, Arguments{"compare", "--help"}, Arguments{"--version"}}) {
+  for (const Arguments& arguments : {Arguments{"--help"}, Arguments{"compare", "--help"}, Arguments{"--version"}}) {
     const Finished run = tool(arguments);
     EXPECT_EQ(run.exitCode, 0) << arguments.back();
     EXPECT_EQ(run.err, "") << arguments.back();
@@ -142,12 +139,11 @@ TEST(CommandLine, UnknownSceneIsTwo) {
 TEST(CommandLine, BadSizeIsTwo) {
   for (const char* size : {"0,1,1", "1,-1,1", "2,2", "2,2,2,2", "abc", "1,1,1.5", "2 2 2", "2,2,2x"}) {
     SCOPED_TRACE(size);
-    expectBadInput(tool({"compare", "stack", "--size", size}),
-                   {"--size", "three positive numbers, as in 8,8,8"});
+    expectBadInput(tool({"compare", "stack", "--size", size}), {"--size", "three positive numbers, as in 8,8,8"});
   }
   // Sizes that no machine holds, and that no int holds.
-  for (const char* size : {"100000,100000,100000", "4000001,1,1", "99999999999,1,1", "4294967297,1,1",
-                           "99999999999999999999,1,1"}) {
+  for (const char* size :
+       {"100000,100000,100000", "4000001,1,1", "99999999999,1,1", "4294967297,1,1", "99999999999999999999,1,1"}) {
     SCOPED_TRACE(size);
     expectBadInput(tool({"compare", "stack", "--size", size}, {{}, 10}), {"--size", "too large", "at most"});
   }
@@ -325,9 +321,7 @@ TEST(CommandLine, JsonFile) {
   for (const json& check : result.at("checks")) {
     const std::string name = check.at("name").get<std::string>();
     ASSERT_TRUE(check.at("value").is_number()) << name;
-    EXPECT_EQ(check.at("pass").get<bool>(),
-              check.at("value").get<double>() <= check.at("limit").get<double>())
-        << name;
+    EXPECT_EQ(check.at("pass").get<bool>(), check.at("value").get<double>() <= check.at("limit").get<double>()) << name;
     EXPECT_TRUE(contains(run.out, name)) << name;
   }
 }

@@ -47,8 +47,7 @@ const std::vector<Change>& changes() {
       {"orientation",
        {"poses"},
        [](btRigidBody& b) {
-         b.setWorldTransform(
-             btTransform(btQuaternion(btVector3(0, 1, 0), s(0.5)), b.getWorldTransform().getOrigin()));
+         b.setWorldTransform(btTransform(btQuaternion(btVector3(0, 1, 0), s(0.5)), b.getWorldTransform().getOrigin()));
        }},
       {"centre of mass transform",
        {"poses"},
@@ -65,12 +64,8 @@ const std::vector<Change>& changes() {
       {"rolling friction", {"materials"}, [](btRigidBody& b) { b.setRollingFriction(s(0.1)); }},
       {"spinning friction", {"materials"}, [](btRigidBody& b) { b.setSpinningFriction(s(0.1)); }},
       {"restitution", {"materials"}, [](btRigidBody& b) { b.setRestitution(s(0.3)); }},
-      {"contact processing threshold",
-       {"materials"},
-       [](btRigidBody& b) { b.setContactProcessingThreshold(s(0.01)); }},
-      {"contact stiffness",
-       {"infos", "materials"},
-       [](btRigidBody& b) { b.setContactStiffnessAndDamping(100, 1); }},
+      {"contact processing threshold", {"materials"}, [](btRigidBody& b) { b.setContactProcessingThreshold(s(0.01)); }},
+      {"contact stiffness", {"infos", "materials"}, [](btRigidBody& b) { b.setContactStiffnessAndDamping(100, 1); }},
       {"anisotropic friction",
        {"infos", "materials"},
        [](btRigidBody& b) { b.setAnisotropicFriction(btVector3(1, 2, 3)); }},
@@ -84,33 +79,19 @@ const std::vector<Change>& changes() {
       {"sleeping thresholds", {"dampings"}, [](btRigidBody& b) { b.setSleepingThresholds(s(0.1), 2); }},
       {"no contact response",
        {"infos"},
-       [](btRigidBody& b) {
-         b.setCollisionFlags(b.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
-       }},
+       [](btRigidBody& b) { b.setCollisionFlags(b.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE); }},
       {"kinematic",
        {"infos"},
-       [](btRigidBody& b) {
-         b.setCollisionFlags(b.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
-       }},
+       [](btRigidBody& b) { b.setCollisionFlags(b.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT); }},
       {"static",
        {"infos"},
-       [](btRigidBody& b) {
-         b.setCollisionFlags(b.getCollisionFlags() | btCollisionObject::CF_STATIC_OBJECT);
-       }},
-      {"gyroscopic, explicit",
-       {"infos"},
-       [](btRigidBody& b) { b.setFlags(BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT); }},
-      {"gyroscopic, world",
-       {"infos"},
-       [](btRigidBody& b) { b.setFlags(BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD); }},
+       [](btRigidBody& b) { b.setCollisionFlags(b.getCollisionFlags() | btCollisionObject::CF_STATIC_OBJECT); }},
+      {"gyroscopic, explicit", {"infos"}, [](btRigidBody& b) { b.setFlags(BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT); }},
+      {"gyroscopic, world", {"infos"}, [](btRigidBody& b) { b.setFlags(BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD); }},
       {"not gyroscopic", {"infos"}, [](btRigidBody& b) { b.setFlags(0); }},
-      {"filter group",
-       {"infos"},
-       [](btRigidBody& b) { b.getBroadphaseHandle()->m_collisionFilterGroup = 64; }},
+      {"filter group", {"infos"}, [](btRigidBody& b) { b.getBroadphaseHandle()->m_collisionFilterGroup = 64; }},
       {"filter mask", {"infos"}, [](btRigidBody& b) { b.getBroadphaseHandle()->m_collisionFilterMask = 3; }},
-      {"activation state",
-       {"activations"},
-       [](btRigidBody& b) { b.setActivationState(DISABLE_DEACTIVATION); }},
+      {"activation state", {"activations"}, [](btRigidBody& b) { b.setActivationState(DISABLE_DEACTIVATION); }},
       {"deactivation time", {"activations"}, [](btRigidBody& b) { b.setDeactivationTime(s(0.5)); }},
       // What the device has no use for.
       {"user pointer", {}, [](btRigidBody& b) { b.setUserPointer(&b); }},
@@ -217,16 +198,13 @@ TEST(Changes, EveryFieldIsRead) {
   expect4(d.masses.values[1].linearFactor, 1, 1, 0.5f, 0, "linear factor");
   expect4(d.masses.values[1].angularFactor, 0.25f, 1, 1, 0, "angular factor");
   const BodyMaterial& m = d.materials.values[1];
-  expect4({m.friction, m.rollingFriction, m.spinningFriction, m.restitution}, 0.25f, 0.5f, 0.75f, 0.125f,
-          "material");
-  expect4({m.contactStiffness, m.contactDamping, m.contactProcessingThreshold, 0}, 1000, 20, 0.0625f, 0,
-          "contact");
+  expect4({m.friction, m.rollingFriction, m.spinningFriction, m.restitution}, 0.25f, 0.5f, 0.75f, 0.125f, "material");
+  expect4({m.contactStiffness, m.contactDamping, m.contactProcessingThreshold, 0}, 1000, 20, 0.0625f, 0, "contact");
   expect4(m.anisotropicFriction, 1, 2, 4, 0, "anisotropic friction");
   const BodyDamping& g = d.dampings.values[1];
-  expect4({g.linear, g.angular, g.linearSleepingThreshold, g.angularSleepingThreshold}, 0.25f, 0.75f, 3, 5,
-          "damping");
-  expect4({g.additionalFactor, g.additionalLinearThresholdSqr, g.additionalAngularThresholdSqr, 0}, 0.5f,
-          0.25f, 0.125f, 0, "additional damping");
+  expect4({g.linear, g.angular, g.linearSleepingThreshold, g.angularSleepingThreshold}, 0.25f, 0.75f, 3, 5, "damping");
+  expect4({g.additionalFactor, g.additionalLinearThresholdSqr, g.additionalAngularThresholdSqr, 0}, 0.5f, 0.25f, 0.125f,
+          0, "additional damping");
   const BodyInfo& i = d.infos.values[1];
   EXPECT_EQ(i.flags, BODY_PRESENT | BODY_RIGID | BODY_INTEGRATED | BODY_STIFFNESS | BODY_ANISOTROPIC |
                          BODY_ADDITIONAL_DAMPING | BODY_GYRO_IMPLICIT_BODY);

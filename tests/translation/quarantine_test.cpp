@@ -31,8 +31,7 @@ const std::vector<Poison>& poisons() {
       {"spinning friction", [](btRigidBody& b, btScalar v) { b.setSpinningFriction(v); }},
       {"restitution", [](btRigidBody& b, btScalar v) { b.setRestitution(v); }},
       {"contact damping", [](btRigidBody& b, btScalar v) { b.setContactStiffnessAndDamping(100, v); }},
-      {"anisotropic friction",
-       [](btRigidBody& b, btScalar v) { b.setAnisotropicFriction(btVector3(1, 1, v)); }},
+      {"anisotropic friction", [](btRigidBody& b, btScalar v) { b.setAnisotropicFriction(btVector3(1, 1, v)); }},
   };
   return list;
 }
@@ -45,15 +44,12 @@ void expectDeviceIsFinite(const ReaderWorld& w) {
   const WorldInput& d = w.device;
   for (std::uint32_t i = 0; i < d.infos.values.size(); ++i) {
     EXPECT_TRUE(finite(d.poses.values[i].position) && finite(d.poses.values[i].orientation)) << "pose " << i;
-    EXPECT_TRUE(finite(d.velocities.values[i].linear) && finite(d.velocities.values[i].angular))
-        << "velocity " << i;
+    EXPECT_TRUE(finite(d.velocities.values[i].linear) && finite(d.velocities.values[i].angular)) << "velocity " << i;
     EXPECT_TRUE(finite(d.forces.values[i].force) && finite(d.forces.values[i].torque)) << "forces " << i;
     const BodyMass& mass = d.masses.values[i];
-    EXPECT_TRUE(finite(mass.inverseInertiaLocal) && finite(mass.linearFactor) && finite(mass.angularFactor))
-        << i;
+    EXPECT_TRUE(finite(mass.inverseInertiaLocal) && finite(mass.linearFactor) && finite(mass.angularFactor)) << i;
     const BodyMaterial& m = d.materials.values[i];
-    EXPECT_TRUE(finite({m.friction, m.rollingFriction, m.spinningFriction, m.restitution}))
-        << "material " << i;
+    EXPECT_TRUE(finite({m.friction, m.rollingFriction, m.spinningFriction, m.restitution})) << "material " << i;
     EXPECT_TRUE(finite({m.contactStiffness, m.contactDamping, 0, 0}) && finite(m.anisotropicFriction)) << i;
     EXPECT_TRUE(finite({d.dampings.values[i].linear, d.dampings.values[i].angular, 0, 0})) << "damping " << i;
   }

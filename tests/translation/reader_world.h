@@ -99,8 +99,7 @@ class ReaderWorld {
     const WorldInput& input = reader.input();
     const Upload upload = uploadOf(input);
     for (const auto& [name, slots] : upload) {
-      for (size_t i = 1; i < slots.size(); ++i)
-        EXPECT_LT(slots[i - 1], slots[i]) << name << ": not ascending";
+      for (size_t i = 1; i < slots.size(); ++i) EXPECT_LT(slots[i - 1], slots[i]) << name << ": not ascending";
     }
     transfer(input);
     if (missing.empty()) expectCurrent();
@@ -170,8 +169,9 @@ class ReaderWorld {
     }
   }
   void expectCurrent(const btCollisionObject& object, std::uint32_t at) {
-    const bool integrated = world.getNonStaticRigidBodies().findLinearSearch(const_cast<btRigidBody*>(
-                                btRigidBody::upcast(&object))) < world.getNonStaticRigidBodies().size();
+    const bool integrated =
+        world.getNonStaticRigidBodies().findLinearSearch(const_cast<btRigidBody*>(btRigidBody::upcast(&object))) <
+        world.getNonStaticRigidBodies().size();
     const int shapeIndex = device.infos.values[at].shapeIndex;
     const BodyRecord record = readBody(object, shapeIndex, integrated);
     EXPECT_TRUE(sameBytes(record.info, device.infos.values[at])) << "info " << at;
@@ -193,8 +193,7 @@ class ReaderWorld {
     const float local[3] = {pose.position.x, pose.position.y, pose.position.z};
     for (int k = 0; k < 3; ++k) {
       const double error = double(local[k]) + device.regionOrigin[k] - double(p[k]);
-      const double bound =
-          std::ldexp(std::fabs(double(local[k])), -24) + std::ldexp(std::fabs(double(p[k])), -52);
+      const double bound = std::ldexp(std::fabs(double(local[k])), -24) + std::ldexp(std::fabs(double(p[k])), -52);
       EXPECT_LE(std::fabs(error), bound) << "position " << at << " axis " << k;
     }
     // Bullet keeps a matrix: about eight roundings on the way there and back.

@@ -14,8 +14,7 @@ namespace {
 // Around (far, 100, -2 far), one unit apart.
 struct FarBodies : ReaderWorld {
   explicit FarBodies(double far) {
-    for (int i = 0; i < 5; ++i)
-      bodies.push_back(add(1, box, btVector3(s(far + 3 * i), s(100 + i / 7.0), s(-2 * far))));
+    for (int i = 0; i < 5; ++i) bodies.push_back(add(1, box, btVector3(s(far + 3 * i), s(100 + i / 7.0), s(-2 * far))));
   }
   btBoxShape* box = shape<btBoxShape>(btVector3(s(0.5), s(0.5), s(0.5)));
   std::vector<btRigidBody*> bodies;
@@ -46,8 +45,7 @@ TEST(Region, OriginIsTheGridPointNextToTheBodies) {
       EXPECT_LE(std::fabs(pose.position.x), kGrid);
       EXPECT_LE(std::fabs(pose.position.z), kGrid / 2);
     }
-    const double distance =
-        double(w.device.poses.values[4].position.x) - double(w.device.poses.values[0].position.x);
+    const double distance = double(w.device.poses.values[4].position.x) - double(w.device.poses.values[0].position.x);
     EXPECT_EQ(distance, 12) << "bodies one float apart in the world would be at distance 0 or 64";
   }
 }

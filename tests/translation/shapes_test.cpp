@@ -118,8 +118,7 @@ TEST(Shapes, WhatTheDeviceLacksIsNamed) {
   w.bodies[0]->setCollisionShape(w.box);
   w.bodies[2]->setCollisionShape(w.ball);
   w.read();
-  EXPECT_EQ(w.missingText(),
-            "CapsuleShape shape: not on the device yet\nSPHERE shape: not on the device yet\n");
+  EXPECT_EQ(w.missingText(), "CapsuleShape shape: not on the device yet\nSPHERE shape: not on the device yet\n");
   w.bodies[1]->setCollisionShape(w.box);
   w.world.removeRigidBody(fresh);
   w.step();

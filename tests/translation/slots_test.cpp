@@ -58,12 +58,10 @@ TEST(Slots, IndexReusedInTheSameStep) {
   EXPECT_EQ(w.slot(fresh), 1u);
   EXPECT_EQ(w.slot(w.bodies[1]), kNoSlot);
   // Everything in which the two differ; the shapes are known.
-  EXPECT_EQ(upload, (Upload{{"born", {1}},
-                            {"infos", {1}},
-                            {"poses", {1}},
-                            {"velocities", {1}},
-                            {"masses", {1}},
-                            {"materials", {1}}}));
+  EXPECT_EQ(
+      upload,
+      (Upload{
+          {"born", {1}}, {"infos", {1}}, {"poses", {1}}, {"velocities", {1}}, {"masses", {1}}, {"materials", {1}}}));
   EXPECT_EQ(w.step(), Upload{});
 }
 

@@ -60,12 +60,14 @@ void checkObject(const std::string& path, int i, const btCollisionObject& object
   };
   const btCollisionShape* shape = object.getCollisionShape();
   if (!shape) fail("has no shape");
-  if (shape->getShapeType() < 0 || shape->getShapeType() >= MAX_BROADPHASE_COLLISION_TYPES) fail("has an unknown shape");
+  if (shape->getShapeType() < 0 || shape->getShapeType() >= MAX_BROADPHASE_COLLISION_TYPES)
+    fail("has an unknown shape");
   if (!isFinite(object.getWorldTransform())) fail("its pose is not finite");
   if (shape->getShapeType() != STATIC_PLANE_PROXYTYPE) {
     btVector3 lower, upper;
     shape->getAabb(btTransform::getIdentity(), lower, upper);
-    if (!isFinite(lower) || !isFinite(upper) || (upper - lower).length2() > btScalar(1e24)) fail("its size is not finite");
+    if (!isFinite(lower) || !isFinite(upper) || (upper - lower).length2() > btScalar(1e24))
+      fail("its size is not finite");
   }
   const btRigidBody* body = btRigidBody::upcast(&object);
   if (!body) return;
@@ -93,7 +95,8 @@ bool isBulletFile(const std::string& name) {
 
 Builder builderOfFile(const std::string& path) {
   return [path](btDiscreteDynamicsWorld& world) -> std::unique_ptr<SceneContents> {
-    if (!std::ifstream(path).good()) throw InputError(fmt::format("{}: {}; check the path", path, std::strerror(errno)));
+    if (!std::ifstream(path).good())
+      throw InputError(fmt::format("{}: {}; check the path", path, std::strerror(errno)));
     auto scene = std::make_unique<ImportedScene>(world);
     load(path, *scene, world);
     return scene;
@@ -106,7 +109,8 @@ void writeBulletFile(const scenes::Scene& scene, scenes::Size size, const std::s
   world.world().serialize(&serializer);
   std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char*>(serializer.getBufferPointer()), serializer.getCurrentBufferSize());
-  if (!file.flush()) throw InputError(fmt::format("{}: can't be written: {}; check the path", path, std::strerror(errno)));
+  if (!file.flush())
+    throw InputError(fmt::format("{}: can't be written: {}; check the path", path, std::strerror(errno)));
 }
 
 int runGuarded(const std::string& path, const std::function<int(const std::function<void()>&)>& work) {
@@ -135,7 +139,8 @@ int runGuarded(const std::string& path, const std::function<int(const std::funct
   if (WIFEXITED(status)) return WEXITSTATUS(status);
   const std::string signal = strsignal(WTERMSIG(status));
   if (!wasRead) {
-    throw InputError(fmt::format("{}: Bullet's importer died on it ({}): the file is damaged, write it anew", path, signal));
+    throw InputError(
+        fmt::format("{}: Bullet's importer died on it ({}): the file is damaged, write it anew", path, signal));
   }
   throw std::runtime_error(fmt::format("the comparison died ({})", signal));
 }

@@ -35,11 +35,15 @@ nlohmann::json number(double value) { return std::isfinite(value) ? nlohmann::js
 
 nlohmann::json figuresJson(const RunStatistics& run, double msPerStep) {
   const WorldFigures& f = run.end;
-  return {{"msPerStep", msPerStep},      {"kineticEnergy", number(f.kineticEnergy)},
-          {"meanHeight", number(f.meanHeight)}, {"potentialEnergy", number(f.potentialEnergy)},
-          {"momentum", number(f.momentum)}, {"sleeping", f.sleeping},
+  return {{"msPerStep", msPerStep},
+          {"kineticEnergy", number(f.kineticEnergy)},
+          {"meanHeight", number(f.meanHeight)},
+          {"potentialEnergy", number(f.potentialEnergy)},
+          {"momentum", number(f.momentum)},
+          {"sleeping", f.sleeping},
           {"belowGround", f.belowGround},
-          {"restingEnergy", number(run.restingEnergy)}, {"penetration99", number(run.depth99())}};
+          {"restingEnergy", number(run.restingEnergy)},
+          {"penetration99", number(run.depth99())}};
 }
 
 }  // namespace
@@ -139,9 +143,11 @@ std::string toText(const CompareResult& r) {
   }
   if (!r.profile.empty()) text += fmt::format("  {:<30} {:>12} {:>12}\n", "stage", "ms a step", "launches");
   for (const auto& t : r.profile) {
-    text += fmt::format("  {:<30} {:>12.4f} {:>12.1f}\n", t.m_stage, t.m_milliseconds / r.steps, double(t.m_launches) / r.steps);
+    text += fmt::format("  {:<30} {:>12.4f} {:>12.1f}\n", t.m_stage, t.m_milliseconds / r.steps,
+                        double(t.m_launches) / r.steps);
   }
-  for (const auto& f : r.fallbacks) text += fmt::format("  on the CPU: {} ({}), {} times\n", f.m_what, f.m_reason, f.m_count);
+  for (const auto& f : r.fallbacks)
+    text += fmt::format("  on the CPU: {} ({}), {} times\n", f.m_what, f.m_reason, f.m_count);
   text += !r.compared ? "not compared: no step ran on a device\n" : r.pass() ? "in agreement\n" : "NOT in agreement\n";
   return text;
 }
@@ -151,7 +157,8 @@ std::string toJson(const CompareResult& r) {
   for (const Check& c : r.checks) {
     checks.push_back({{"name", c.name}, {"value", number(c.value)}, {"limit", c.limit}, {"pass", c.pass()}});
   }
-  for (const auto& f : r.fallbacks) fallbacks.push_back({{"what", f.m_what}, {"reason", f.m_reason}, {"count", f.m_count}});
+  for (const auto& f : r.fallbacks)
+    fallbacks.push_back({{"what", f.m_what}, {"reason", f.m_reason}, {"count", f.m_count}});
   const nlohmann::json json = {{"scene", r.scene},
                                {"bodies", r.bodies},
                                {"steps", r.steps},

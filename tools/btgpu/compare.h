@@ -17,8 +17,8 @@ struct CompareResult {
   double cpuMsPerStep = 0, gpuMsPerStep = 0;  // mean over the steps after the first
   std::vector<Check> checks;
   std::vector<btGpuFallback> fallbacks;
-  RunStatistics gpu, stock;  // stock: the run that starts exactly as btgpu does
-  std::uint64_t hash = 0;   // of every pose and velocity bit at the end
+  RunStatistics gpu, stock;             // stock: the run that starts exactly as btgpu does
+  std::uint64_t hash = 0;               // of every pose and velocity bit at the end
   std::vector<btGpuStageTime> profile;  // sums over all steps, if wanted
   bool compared = true;                 // false: there was no device
   bool pass() const;
@@ -27,8 +27,8 @@ struct CompareResult {
 struct CompareOptions {
   double timeStep = 1.0 / 60.0;
   int steps = 300;
-  std::string device;    // as btGpuSettings::m_device
-  bool profile = false;  // time the stages; slows btgpu's steps
+  std::string device;                 // as btGpuSettings::m_device
+  bool profile = false;               // time the stages; slows btgpu's steps
   std::function<void(int)> progress;  // called after each step with the number of steps done
 };
 

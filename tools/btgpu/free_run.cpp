@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kRestingEnergy = 1e-4;  // J a body: what a settled pile may have at any rate
 constexpr double kRestingShare = 1e-2;
-constexpr double kSmallDepth = 1e-3;     // of the size: penetrations below are as good as none
+constexpr double kSmallDepth = 1e-3;  // of the size: penetrations below are as good as none
 
 const btRigidBody* movingBody(const btCollisionWorld& world, int i) {
   const btCollisionObject* o = world.getCollisionObjectArray()[i];
@@ -192,7 +192,8 @@ std::vector<Check> FreeRunComparison::checks() const {
   if (m_expectations.comparableSteps > 0) checks.push_back(makeCheck("free.position", m_position));
   if (m_expectations.groundHeight > -1e29) checks.push_back(makeCheck("free.below_ground", m_gpu.end.belowGround));
   if (!m_fixedContacts) {
-    checks.push_back(makeCheck("free.momentum", std::fabs(m_gpu.end.momentum - stock.momentum) / (stock.momentumScale + 1e-9)));
+    checks.push_back(
+        makeCheck("free.momentum", std::fabs(m_gpu.end.momentum - stock.momentum) / (stock.momentumScale + 1e-9)));
   }
   if (!comesToRest()) return checks;
   const Range energy = rangeOf(m_stock, [](const RunStatistics& run) { return run.restingEnergy; });
@@ -203,8 +204,8 @@ std::vector<Check> FreeRunComparison::checks() const {
   checks.push_back(height);
   checks.push_back(makeCheck("free.kinetic_energy",
                              m_gpu.restingEnergy / (energy.highest + energy.width() + kRestingEnergy / energyLimit)));
-  checks.push_back(makeCheck("free.penetration",
-                             m_gpu.depth99() / std::max(depth.highest + depth.width(), kSmallDepth * m_size)));
+  checks.push_back(
+      makeCheck("free.penetration", m_gpu.depth99() / std::max(depth.highest + depth.width(), kSmallDepth * m_size)));
   return checks;
 }
 

@@ -24,10 +24,10 @@ WorldFigures measureWorld(const btDiscreteDynamicsWorld& world, double groundHei
 
 // Statistics of one run.
 struct RunStatistics {
-  WorldFigures end;                // at the last step
-  double restingEnergy = 0;        // mean kinetic energy a body over the last steps
-  std::vector<float> depths;       // penetrations of all contacts over the last steps
-  double depth99() const;          // 99th percentile
+  WorldFigures end;           // at the last step
+  double restingEnergy = 0;   // mean kinetic energy a body over the last steps
+  std::vector<float> depths;  // penetrations of all contacts over the last steps
+  double depth99() const;     // 99th percentile
 };
 
 // btgpu and stock run side by side, each on its own; statistics are compared, and positions while the scene says that

@@ -54,7 +54,8 @@ scenes::Size parseSize(const std::string& text) {
 
 const scenes::Scene& sceneNamed(const std::string& name) {
   const scenes::Scene* scene = scenes::find(name);
-  if (!scene) throw InputError(fmt::format("no scene named {}: 'btgpu scenes' lists them, or give a .bullet file", name));
+  if (!scene)
+    throw InputError(fmt::format("no scene named {}: 'btgpu scenes' lists them, or give a .bullet file", name));
   return *scene;
 }
 
@@ -159,7 +160,8 @@ int compareFile(const CompareArguments& arguments) {
 }  // namespace
 
 // An empty value would be taken for none: a script's variable that is not set.
-const CLI::Validator kNotEmpty([](const std::string& value) { return std::string(value.empty() ? "is empty" : ""); }, "");
+const CLI::Validator kNotEmpty([](const std::string& value) { return std::string(value.empty() ? "is empty" : ""); },
+                               "");
 
 int main(int argc, char** argv) {
   CLI::App app{"btgpu steps Bullet worlds on OpenCL and holds them against stock Bullet"};

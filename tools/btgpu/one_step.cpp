@@ -119,8 +119,10 @@ void OneStepComparison::compareContacts(const std::vector<Manifold>& ours) {
   std::vector<bool> met(stock.size(), false);
   for (const Manifold& m : ours) {
     if (!awake(m)) continue;
-    const std::pair<int, int> key(static_cast<int>(std::min(m.bodyA, m.bodyB)), static_cast<int>(std::max(m.bodyA, m.bodyB)));
-    const auto it = std::lower_bound(stock.begin(), stock.end(), std::make_pair(key, static_cast<const btPersistentManifold*>(nullptr)));
+    const std::pair<int, int> key(static_cast<int>(std::min(m.bodyA, m.bodyB)),
+                                  static_cast<int>(std::max(m.bodyA, m.bodyB)));
+    const auto it = std::lower_bound(stock.begin(), stock.end(),
+                                     std::make_pair(key, static_cast<const btPersistentManifold*>(nullptr)));
     const bool found = it != stock.end() && it->first == key;
     if (found) met[static_cast<size_t>(it - stock.begin())] = true;
     comparePair(m, found ? it->second : nullptr);
@@ -140,8 +142,8 @@ void OneStepComparison::comparePair(const Manifold& ours, const btPersistentMani
   if (ours.pointCount == 0 && !stockHas) return;
   ++m_pairs;
   if (ours.pointCount == 0 || !stockHas) {
-    const double depth = stockHas ? -double(deepestPoint(*stock).getDistance())
-                                  : -double(ours.points[deepestPoint(ours)].localPointA.w);
+    const double depth =
+        stockHas ? -double(deepestPoint(*stock).getDistance()) : -double(ours.points[deepestPoint(ours)].localPointA.w);
     if (depth > kTouching * size) ++m_missingPairs;
     return;
   }
@@ -214,11 +216,13 @@ void OneStepComparison::compareSolver(const btCollisionWorld& gpuWorld, const St
 }
 
 Residual OneStepComparison::stockResidual(const std::vector<Manifold>& contacts, const std::vector<Velocity>& stock) {
-  return measureResidual(m_oracle->world(), contacts, readSolved(contacts), m_before, velocitiesOf(m_before), stock, m_timeStep);
+  return measureResidual(m_oracle->world(), contacts, readSolved(contacts), m_before, velocitiesOf(m_before), stock,
+                         m_timeStep);
 }
 
 // Stock once more on the same contacts, in both orders, and if wanted run to convergence.
-void OneStepComparison::compareOrders(const std::vector<BodyState>& predicted, const StepResults& results, bool converged) {
+void OneStepComparison::compareOrders(const std::vector<BodyState>& predicted, const StepResults& results,
+                                      bool converged) {
   OracleWorld& oracle = m_oracle->world();
   const std::vector<Manifold>& contacts = results.matchedManifolds;
   const auto solveAgain = [&](bool reversed, int iterations) {

@@ -37,17 +37,17 @@ class OneStepComparison {
   std::unique_ptr<TestWorld<OracleWorld>> m_oracle;
   btScalar m_timeStep;
   std::vector<BodyState> m_before;
-  std::vector<Manifold> m_cache;  // btgpu's manifolds after the step before
+  std::vector<Manifold> m_cache;          // btgpu's manifolds after the step before
   std::vector<Velocity> m_gpuVelocities;  // after the step
-  std::vector<double> m_sizes;    // of the bodies: their angular motion disc, at most 10
+  std::vector<double> m_sizes;            // of the bodies: their angular motion disc, at most 10
 
   long m_pairs = 0, m_missingPairs = 0, m_otherDepths = 0, m_otherNormals = 0;
   long m_singles = 0, m_otherSingles = 0;
   long m_states = 0, m_otherStates = 0;
   double m_freeVelocity = 0, m_pose = 0, m_addedEnergy = 0, m_enteringEnergy = 0;
   int m_step = 0;
-  Residual m_ourResidual, m_stockResidual;          // all steps
-  Residual m_forwardResidual, m_reversedResidual;   // stock in both orders, in the steps where both were run
+  Residual m_ourResidual, m_stockResidual;         // all steps
+  Residual m_forwardResidual, m_reversedResidual;  // stock in both orders, in the steps where both were run
   double m_ourDistance = 0, m_stockDistance = 0, m_reversedDistance = 0;
 };
 

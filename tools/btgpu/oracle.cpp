@@ -33,8 +33,13 @@ std::vector<BodyState> captureStates(const btCollisionWorld& world) {
   states.reserve(static_cast<size_t>(objects.size()));
   for (int i = 0; i < objects.size(); ++i) {
     const btCollisionObject& o = *objects[i];
-    BodyState s{o.getWorldTransform(), o.getInterpolationWorldTransform(), btVector3(0, 0, 0), btVector3(0, 0, 0),
-                o.getInterpolationLinearVelocity(), o.getInterpolationAngularVelocity(), o.getActivationState(),
+    BodyState s{o.getWorldTransform(),
+                o.getInterpolationWorldTransform(),
+                btVector3(0, 0, 0),
+                btVector3(0, 0, 0),
+                o.getInterpolationLinearVelocity(),
+                o.getInterpolationAngularVelocity(),
+                o.getActivationState(),
                 o.getDeactivationTime()};
     if (const btRigidBody* body = btRigidBody::upcast(&o)) {
       s.linear = body->getLinearVelocity();

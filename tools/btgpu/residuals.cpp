@@ -67,7 +67,8 @@ Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector
   return residual;
 }
 
-double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a, const std::vector<Velocity>& b) {
+double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a,
+                        const std::vector<Velocity>& b) {
   double sum = 0;
   for (size_t i = 0; i < a.size(); ++i) {
     const btRigidBody* body = rigidBody(world, i);

@@ -25,7 +25,8 @@ Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector
                          btScalar timeStep);
 
 // Mass-weighted distance of two sets of velocities: sqrt(sum m |dv|^2 + dw . I dw).
-double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a, const std::vector<Velocity>& b);
+double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a,
+                        const std::vector<Velocity>& b);
 
 double kineticEnergy(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& velocities);
 

@@ -9,10 +9,10 @@
 namespace btgpu::tool {
 
 struct Tolerance {
-  const char* name;    // of the check
-  double limit;        // the value may not exceed it
-  const char* meaning; // what the value is
-  const char* reason;  // why this limit
+  const char* name;     // of the check
+  double limit;         // the value may not exceed it
+  const char* meaning;  // what the value is
+  const char* reason;   // why this limit
 };
 
 const std::vector<Tolerance>& tolerances();
