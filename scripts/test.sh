@@ -28,7 +28,7 @@ run_short() {
 }
 
 # ---- the long list: name, then a function item_<name> -----------------------------------------------------------
-long_items=(long_tests clang sanitizers threads tidy install)
+long_items=(long_tests clang threads tidy install sanitizers)
 
 item_long_tests() {
   build ci
