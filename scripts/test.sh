@@ -28,8 +28,10 @@ run_short() {
 }
 
 # ---- the long list: name, then a function item_<name> -----------------------------------------------------------
-long_items=(long_tests clang threads tidy install sanitizers)
+slices=(long_tests clang threads tidy install sanitizers)
+long_items=("${slices[@]}" short)
 
+item_short() { run_short; }
 item_long_tests() {
   build ci
   ctest --test-dir build/ci --output-on-failure --label-regex long
@@ -43,7 +45,7 @@ item_sanitizers() {
   build asan-ubsan
   # Leaks of the OpenCL driver are not ours; everything else fails the test.
   ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
-    ctest --test-dir build/asan-ubsan --output-on-failure --label-exclude 'long|oclgrind'
+    ctest --test-dir build/asan-ubsan --output-on-failure --label-regex 'unit|stage' --label-exclude 'long|oclgrind' -j 2
 }
 item_threads() {
   build tsan btgpu_engine test_compat_worlds_on_threads test_compat_worlds_on_threads.float64
@@ -80,10 +82,10 @@ run_long() {
 }
 
 case "$mode" in
-  --long) run_short; run_long ;;
+  --long) run_long ;;
   --with-slice)
     run_short
-    run_item "${long_items[$(($(date +%s) / 86400 % ${#long_items[@]}))]}"
+    run_item "${slices[$(($(date +%s) / 86400 % ${#slices[@]}))]}"
     ;;
   *) run_short ;;
 esac
