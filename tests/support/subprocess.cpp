@@ -81,6 +81,15 @@ int openForWriting(const std::string& path) {
 std::vector<std::string> Finished::outLines() const { return linesOf(out); }
 std::vector<std::string> Finished::errLines() const { return linesOf(err); }
 
+bool hasTerminals() {
+  try {
+    const Terminal terminal;
+    return true;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
 Finished runProgram(const std::vector<std::string>& command, const RunOptions& options) {
   const TemporaryFolder folder;
   const std::vector<std::string> environment = environmentWith(options.environment);

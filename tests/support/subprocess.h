@@ -24,6 +24,9 @@ struct RunOptions {
   bool terminal = false;                 // stderr is a terminal instead of a file
 };
 
+// False where the system gives no pseudo-terminals (a chroot without /dev/pts).
+bool hasTerminals();
+
 Finished runProgram(const std::vector<std::string>& command, const RunOptions& options = {});
 
 // A folder of its own for one test, removed at the end.
