@@ -28,7 +28,7 @@ run_short() {
 }
 
 # ---- the long list: name, then a function item_<name> -----------------------------------------------------------
-slices=(long_tests clang threads tidy install sanitizers)
+slices=(long_tests threads install clang tidy sanitizers)
 long_items=("${slices[@]}" short)
 
 item_short() { run_short; }
