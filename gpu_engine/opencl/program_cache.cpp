@@ -94,9 +94,9 @@ std::filesystem::path ProgramCache::directory() {
     const char* value = std::getenv(name);
     return value ? value : "";
   };
-  if (const auto path = get("BTGPU_CACHE_DIR"); !path.empty()) return path;
-  if (const auto path = get("XDG_CACHE_HOME"); path.is_absolute()) return path / "btgpu";
-  if (const auto path = get("HOME"); !path.empty()) return path / ".cache" / "btgpu";
+  if (auto path = get("BTGPU_CACHE_DIR"); !path.empty()) return path;
+  if (auto path = get("XDG_CACHE_HOME"); path.is_absolute()) return path / "btgpu";
+  if (auto path = get("HOME"); !path.empty()) return path / ".cache" / "btgpu";
   return {};
 }
 

@@ -16,7 +16,10 @@ namespace btgpu {
 
 SHARED_STRUCTS(CHECK_SIZE, IGNORE_FIELD)
 
-static_assert(sizeof(float4) == 16 && alignof(float4) == 16);
-static_assert(sizeof(uint) == 4 && sizeof(int) == 4 && sizeof(ulong) == 8 && sizeof(float) == 4);
+static_assert(sizeof(float4) == 16);
+static_assert(alignof(float4) == 16);
+static_assert(sizeof(uint) == 4 && sizeof(ulong) == 8);
+static_assert(sizeof(int) == 4);
+static_assert(sizeof(float) == 4);
 
 }  // namespace btgpu
