@@ -11,7 +11,7 @@ namespace btgpu {
 namespace {
 
 constexpr const char* kPluginName = "libbtgpu_engine.so";
-constexpr const char* kInstall = "; install ocl-icd-libopencl1 and a driver such as pocl-opencl-icd";
+constexpr const char* kCure = "; install ocl-icd-libopencl1 and a driver such as pocl-opencl-icd";
 constexpr const char* kOtherVersion = "the engine plugin is of another version of btgpu; install both of one version";
 
 struct Plugin {
@@ -32,7 +32,7 @@ std::filesystem::path ownDirectory() {
 void* openPlugin(std::string& error) {
   if (const char* path = std::getenv("BTGPU_ENGINE"); path && *path) {
     void* handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (!handle) error = std::string(dlerror()) + "; correct or unset BTGPU_ENGINE";
+    if (!handle) error = std::string(dlerror()) + "; correct or unset BTGPU_ENGINE, or install the engine it names";
     return handle;
   }
   const auto here = ownDirectory();
@@ -42,7 +42,7 @@ void* openPlugin(std::string& error) {
     if (here.empty() || !std::filesystem::exists(candidate, ignored)) continue;
     void* handle = dlopen(candidate.c_str(), RTLD_NOW | RTLD_LOCAL);
     // There, but something it needs is not: most likely libOpenCL.so.1.
-    if (!handle) error = std::string(dlerror()) + kInstall;
+    if (!handle) error = std::string(dlerror()) + kCure;
     return handle;
   }
   void* handle = dlopen(kPluginName, RTLD_NOW | RTLD_LOCAL);
@@ -55,9 +55,7 @@ Plugin loadPlugin() {
   std::string error;
   void* handle = openPlugin(error);
   if (!handle) {
-    plugin.error = "no OpenCL engine (" + error +
-                   "): install an OpenCL loader and driver, for example the packages ocl-icd-libopencl1 and "
-                   "pocl-opencl-icd";
+    plugin.error = "no OpenCL engine: " + error;
     return plugin;
   }
   plugin.createEngine = reinterpret_cast<EngineFactory>(dlsym(handle, kEngineEntryPoint));
@@ -98,7 +96,7 @@ bool listDevices(std::vector<EngineInfo>& devices, std::string& error) {
     return false;
   }
   if (p.listDevices(kEngineAbi, &devices) != Status::Ok) {
-    error = std::string("the OpenCL devices could not be listed") + kInstall;
+    error = std::string("the OpenCL devices could not be listed") + kCure;
     return false;
   }
   return true;
