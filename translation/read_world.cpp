@@ -77,9 +77,7 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
   }
   removeUnseen();
   for (const std::uint32_t slot : m_addedAgain) {
-    if (!m_slots[slot].object) continue;
-    m_input.born.push_back(slot);
-    m_slots[slot].deviceQuarantined = false;
+    if (m_slots[slot].object) becomeNew(slot);
   }
   m_addedAgain.clear();
   for (const std::uint32_t i : m_newObjects) {
@@ -91,6 +89,12 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
     m_order[i] = slot;
     m_input.born.push_back(slot);
   }
+}
+
+// Of an object that left and came back: it keeps its slot and nothing of what the last step knew of it.
+void WorldReader::becomeNew(std::uint32_t slot) {
+  m_input.born.push_back(slot);
+  m_slots[slot].deviceQuarantined = false;
 }
 
 void WorldReader::noteAdded(const btCollisionObject* object) {
@@ -180,10 +184,7 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   const BodyPose pose = moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
   const BodyInfo& known = m_input.infos.values[i];
   // With btDbvtBroadphase the proxy's id changes when an object leaves and comes back, whoever took it there.
-  if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) {
-    m_input.born.push_back(i);
-    slot.deviceQuarantined = false;
-  }
+  if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) becomeNew(i);
 
   const bool wasQuarantined = slot.quarantined;
   slot.quarantined = !isFiniteBody(record, pose);

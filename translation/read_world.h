@@ -54,6 +54,7 @@ class WorldReader {
  private:
   void findObjects(const btCollisionObjectArray& objects);
   void removeUnseen();
+  void becomeNew(std::uint32_t slot);
   void growTo(std::uint32_t slotCount);
   struct Bounds {
     double lower[3] = {1e300, 1e300, 1e300}, upper[3] = {-1e300, -1e300, -1e300};
