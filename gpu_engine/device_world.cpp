@@ -58,7 +58,13 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   };
   resizeAll(c.bodies, born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
   resizeAll(c.pairs, keys, pairs, items, contacts, manifolds, constraints, oldKeys, oldManifolds);
+  const bool fresh = oldPairCount.empty();
   resizeAll(1, pairCount, oldPairCount, constraintCount, params, counters);
+  if (fresh) {
+    // No manifolds yet. Both, since the step of an empty world swaps them without a kernel having run.
+    pairCount.copyFromHost(queue, {0u});
+    oldPairCount.copyFromHost(queue, {0u});
+  }
   resizeAll(BUCKET_COUNT + 1, bucketFirst);
   resizeAll(COLOUR_TABLE, slotFirst);
   resizeAll(c.slots, slots);
@@ -120,7 +126,7 @@ void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bor
 void DeviceWorld::uploadManifolds(Queue& queue, const std::vector<Manifold>& source) {
   m_keys.clear();
   for (const Manifold& m : source) {
-    m_keys.push_back(static_cast<ulong>(std::min(m.bodyA, m.bodyB)) << 32 | std::max(m.bodyA, m.bodyB));
+    m_keys.push_back(pairKeyOf(m.bodyA, m.bodyB));
   }
   m_count.assign(1, static_cast<uint>(source.size()));
   oldKeys.resize(queue, std::max(oldKeys.size(), source.size()));

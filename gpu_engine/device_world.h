@@ -9,6 +9,9 @@
 
 namespace btgpu {
 
+// Key of a pair, by which manifolds are found again: lower body index << 32 | higher one.
+inline ulong pairKeyOf(uint a, uint b) { return static_cast<ulong>(a < b ? a : b) << 32 | (a < b ? b : a); }
+
 // How much room there is for what a step finds out on the device. Grown when a step overflows.
 struct Capacities {
   size_t bodies = 0;
@@ -20,8 +23,7 @@ struct Capacities {
 };
 
 struct DeviceWorld {
-  // ---- state that lives from step to step; length bodies
-  // -----------------------------------------------------
+  // ---- state that lives from step to step; length bodies ------------------------------------------------------------
   DeviceArray<BodyInfo> infos{"infos"};                    // host; stage 80 sets BODY_QUARANTINED
   DeviceArray<BodyPose> poses{"poses"};                    // host, stage 80
   DeviceArray<BodyVelocity> velocities{"velocities"};      // host, stages 80 and 90
@@ -39,8 +41,7 @@ struct DeviceWorld {
   DeviceArray<uint> oldPairCount{"old pair count"};     // 1
   DeviceArray<Manifold> oldManifolds{"old manifolds"};  // pairs
 
-  // ---- one step; length bodies
-  // -------------------------------------------------------------------------------
+  // ---- one step; length bodies --------------------------------------------------------------------------------------
   DeviceArray<uint> born{"born"};        // host: 1 where the slot's body is newer than the manifolds of the last step
   DeviceArray<BodyStep> steps{"steps"};  // stage 10
   DeviceArray<Aabb> aabbs{"aabbs"};      // stage 20
@@ -51,8 +52,7 @@ struct DeviceWorld {
   DeviceArray<SolverBody> solverBodies{"solver bodies"};            // stages 65 and 70
   DeviceArray<SolverMass> solverMasses{"solver masses"};            // stage 65
 
-  // ---- one step; length pairs
-  // --------------------------------------------------------------------------------
+  // ---- one step; length pairs ---------------------------------------------------------------------------------------
   DeviceArray<ulong> keys{"pair keys"};                          // stage 30, sorted
   DeviceArray<uint> pairCount{"pair count"};                     // 1; stage 30; may exceed the capacity
   DeviceArray<Pair> pairs{"pairs"};                              // stage 35
@@ -67,16 +67,14 @@ struct DeviceWorld {
   DeviceArray<uint> constraints{"constraints"};                  // stage 55: manifolds that are solved, ascending
   DeviceArray<uint> constraintCount{"constraint count"};         // 1; stage 55
 
-  // ---- one step; length slots, in blocks of BTGPU_LANES
-  // -------------------------------------------------------
+  // ---- one step; length slots, in blocks of BTGPU_LANES -------------------------------------------------------------
   DeviceArray<uint> slotFirst{"slot starts"};           // COLOUR_TABLE; stage 60
   DeviceArray<SlotHeader> slots{"slots"};               // stage 60
   DeviceArray<float> rows{"rows"};                      // stages 65 and 70; SLOT_FIELDS a slot
   DeviceArray<float> tangent2{"second friction rows"};  // SLOT_TANGENT2_FIELDS a slot, if used
   DeviceArray<float> torsion{"torsional rows"};         // SLOT_TORSION_FIELDS a slot, if used
 
-  // ---- the step itself
-  // ---------------------------------------------------------------------------------------
+  // ---- the step itself ----------------------------------------------------------------------------------------------
   DeviceArray<StepParams> params{"step params"};        // 1; host
   DeviceArray<StepCounters> counters{"step counters"};  // 1; all stages
 

@@ -2,7 +2,17 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "pipeline.h"
 
+#include <algorithm>
+
 namespace btgpu {
+
+WorldTraits traitsOf(const WorldInput& input) {
+  WorldTraits traits;
+  for (const Shape& shape : input.shapes.values) traits.shapeTypes |= 1u << shape.type;
+  traits.torsionRows = std::any_of(input.materials.values.begin(), input.materials.values.end(),
+                                   [](const BodyMaterial& m) { return m.rollingFriction != 0.0f; });
+  return traits;
+}
 
 Pipeline::Pipeline(ComputeDevice& device)
     : m_applyForces(device),

@@ -26,6 +26,8 @@ struct WorldTraits {
   bool torsionRows = false;  // some body has rolling friction
 };
 
+WorldTraits traitsOf(const WorldInput& input);
+
 // The order of the stages, Bullet's own (docs/pipeline.md). Nothing in here waits for the device.
 class Pipeline {
  public:

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "opencl/error.h"
+#include "step_params.h"
 
 namespace btgpu {
 namespace {
@@ -20,33 +21,6 @@ constexpr uint kSpareColours = 2, kSpareRounds = 4;
 uint approach(uint now, uint needed) { return needed >= now ? needed : now - (now - needed + 3) / 4; }
 
 size_t withSpare(uint needed) { return size_t{needed} + needed / 4; }
-
-StepParams makeParams(const StepSettings& s, const Capacities& c, bool torsionRows) {
-  StepParams p{};
-  p.timeStep = s.timeStep;
-  p.flags = (s.useContinuous ? STEP_USE_CONTINUOUS : 0u) | (s.forceUpdateAllAabbs ? STEP_FORCE_ALL_AABBS : 0u) |
-            (s.splitImpulse ? STEP_SPLIT_IMPULSE : 0u) | (s.warmStarting ? STEP_WARM_START : 0u) |
-            (s.twoFrictionDirections ? STEP_TWO_FRICTION : 0u) |
-            (s.frictionDirectionCaching ? STEP_FRICTION_CACHING : 0u) |
-            (s.velocityDependentFriction ? 0u : STEP_NO_VELOCITY_FRICTION) |
-            (s.interleaveContactAndFriction ? STEP_INTERLEAVE : 0u) |
-            (s.disableDeactivation ? STEP_DISABLE_DEACTIVATION : 0u) | (torsionRows ? STEP_TORSION : 0u) |
-            (s.hostActivation ? STEP_HOST_ACTIVATION : 0u) | (s.wakeByContact ? STEP_WAKE_BY_CONTACT : 0u);
-  p.erp2 = s.erp2;
-  p.globalCfm = s.globalCfm;
-  p.splitImpulsePenetrationThreshold = s.splitImpulsePenetrationThreshold;
-  p.splitImpulseTurnErp = s.splitImpulseTurnErp;
-  p.linearSlop = s.linearSlop;
-  p.warmStartingFactor = s.warmStartingFactor;
-  p.sor = s.sor;
-  p.restitutionVelocityThreshold = s.restitutionVelocityThreshold;
-  p.maxGyroscopicForce = s.maxGyroscopicForce;
-  p.contactThreshold = s.contactBreakingThreshold;
-  p.deactivationTime = s.deactivationTime;
-  p.colourLaunches = c.colourLaunches;
-  p.serialLaunched = c.serialLaunched ? 1u : 0u;
-  return p;
-}
 
 }  // namespace
 
@@ -71,13 +45,6 @@ void WorldEngine::reset() {
   m_world = std::make_unique<DeviceWorld>();
 }
 
-void WorldEngine::updateTraits(const WorldInput& input) {
-  m_traits = {};
-  for (const Shape& shape : input.shapes.values) m_traits.shapeTypes |= 1u << shape.type;
-  m_traits.torsionRows = std::any_of(input.materials.values.begin(), input.materials.values.end(),
-                                     [](const BodyMaterial& m) { return m.rollingFriction != 0.0f; });
-}
-
 void WorldEngine::makeRoom(size_t bodyCount) {
   Capacities wanted = m_world->capacities;
   wanted.bodies = std::max(bodyCount, m_engineSettings.bodyCapacity);
@@ -90,19 +57,14 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
   }
-  const bool fresh = m_world->oldPairCount.empty();
   m_world->reserve(m_queue, wanted, m_settings.twoFrictionDirections, m_traits.torsionRows);
-  if (!fresh) return;
-  // Both: an empty world's step swaps them without a kernel having run.
-  m_world->pairCount.copyFromHost(m_queue, {0u});
-  m_world->oldPairCount.copyFromHost(m_queue, {0u});
 }
 
 void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
   m_settings = settings;
   m_launchesBefore = m_queue.launches();
   m_waitsBefore = m_queue.waits();
-  updateTraits(input);
+  m_traits = traitsOf(input);
   makeRoom(input.bodyCount);
   m_world->upload(m_queue, input);
   if (!settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
@@ -110,7 +72,7 @@ void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
 }
 
 void WorldEngine::enqueue() {
-  m_params.assign(1, makeParams(m_settings, m_world->capacities, m_traits.torsionRows));
+  m_params.assign(1, makeStepParams(m_settings, m_world->capacities, m_traits.torsionRows));
   m_counters.assign(1, StepCounters{});
   m_world->params.copyFromHost(m_queue, m_params, false);
   m_world->counters.copyFromHost(m_queue, m_counters, false);

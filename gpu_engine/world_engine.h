@@ -34,7 +34,6 @@ class WorldEngine {
   void readContacts(StepResults& results);
   bool growAfterOverflow(const StepCounters& counters);
   void adaptLaunches(const StepCounters& counters);
-  void updateTraits(const WorldInput& input);
 
   EngineSettings m_engineSettings;
   std::shared_ptr<ComputeDevice> m_device;

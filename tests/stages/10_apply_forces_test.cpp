@@ -58,7 +58,7 @@ class ApplyForcesTest : public DeviceTest {
 
   void expectAsReference(const WorldInput& in, const StepSettings& settings = {}) {
     const auto steps = device(in, settings);
-    const auto expected = reference(in, stepParamsOf(settings, {}, false));
+    const auto expected = reference(in, makeStepParams(settings, {}, false));
     for (size_t i = 0; i < steps.size(); ++i) expectSame(steps[i], expected[i], settings.timeStep, i);
   }
 
@@ -302,26 +302,26 @@ TEST(ApplyForcesReference, AgreesWithBullet) {
   b.addRandom(random, what);
   addRandomMotion(random, b);
   const WorldInput in = b.finish();
-  const StepParams params = stepParamsOf({}, {}, false);
+  const StepParams params = makeStepParams({}, {}, false);
   const auto steps = applyForcesReference(params, in.infos.values, in.poses.values, in.velocities.values,
                                           in.forces.values, in.masses.values, in.dampings.values);
-  const auto distance = [](float4 a, const btVector3& e) { return (vectorOf(a) - e).length(); };
+  const auto distance = [](float4 a, const btVector3& e) { return (toBullet(a) - e).length(); };
   btSphereShape shape(1);
   for (uint i = 0; i < in.bodyCount; ++i) {
     const float4 inverse = in.masses.values[i].inverseInertiaLocal;
     btRigidBody::btRigidBodyConstructionInfo info(1 / inverse.w, nullptr, &shape,
                                                   {1 / inverse.x, 1 / inverse.y, 1 / inverse.z});
-    info.m_startWorldTransform = transformOf(in.poses.values[i]);
+    info.m_startWorldTransform = toBullet(in.poses.values[i]);
     info.m_linearDamping = in.dampings.values[i].linear;
     info.m_angularDamping = in.dampings.values[i].angular;
     info.m_additionalDamping = in.infos.values[i].flags & BODY_ADDITIONAL_DAMPING;
     btRigidBody body(info);
-    body.setLinearVelocity(vectorOf(in.velocities.values[i].linear));
-    body.setAngularVelocity(vectorOf(in.velocities.values[i].angular));
+    body.setLinearVelocity(toBullet(in.velocities.values[i].linear));
+    body.setAngularVelocity(toBullet(in.velocities.values[i].angular));
     body.applyDamping(params.timeStep);
     btTransform predicted;
     body.predictIntegratedTransform(params.timeStep, predicted);
-    btVector3 torqueImpulse = vectorOf(in.forces.values[i].torque) * body.getInvInertiaTensorWorld() * params.timeStep;
+    btVector3 torqueImpulse = toBullet(in.forces.values[i].torque) * body.getInvInertiaTensorWorld() * params.timeStep;
     const uint flags = in.infos.values[i].flags;
     if (flags & BODY_GYRO_EXPLICIT) {
       torqueImpulse -= body.computeGyroscopicForceExplicit(params.maxGyroscopicForce) *

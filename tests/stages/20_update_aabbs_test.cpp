@@ -45,7 +45,7 @@ class UpdateAabbsTest : public DeviceTest {
   }
 
   static UpdatedAabbs reference(const Stage20Input& in, const StepSettings& settings) {
-    return updateAabbsReference(stepParamsOf(settings, {}, false), in.world.infos.values, in.world.shapes.values,
+    return updateAabbsReference(makeStepParams(settings, {}, false), in.world.infos.values, in.world.shapes.values,
                                 in.world.poses.values, in.steps, in.world.activations.values, in.oldAabbs);
   }
 
@@ -300,10 +300,10 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
     if (in.infos.values[i].flags & BODY_KINEMATIC) flags |= btCollisionObject::CF_KINEMATIC_OBJECT;
     bodies[i]->setCollisionFlags(flags);
     bodies[i]->forceActivationState(in.activations.values[i].state);
-    bodies[i]->setWorldTransform(transformOf(in.poses.values[i]));
+    bodies[i]->setWorldTransform(toBullet(in.poses.values[i]));
     steps[i].predictedPosition = in.poses.values[i].position + uniform3(random, -1, 1);
     steps[i].predictedOrientation = randomTurn(random);
-    bodies[i]->setInterpolationWorldTransform(transformOf({steps[i].predictedPosition, steps[i].predictedOrientation}));
+    bodies[i]->setInterpolationWorldTransform(toBullet({steps[i].predictedPosition, steps[i].predictedOrientation}));
     world.addCollisionObject(bodies[i].get());
   }
   for (const bool continuous : {true, false}) {
@@ -312,7 +312,7 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
     StepSettings settings;
     settings.useContinuous = continuous;
     const auto out =
-        updateAabbsReference(stepParamsOf(settings, {}, false), in.infos.values, in.shapes.values, in.poses.values,
+        updateAabbsReference(makeStepParams(settings, {}, false), in.infos.values, in.shapes.values, in.poses.values,
                              steps, in.activations.values, std::vector<Aabb>(in.bodyCount, kNone));
     EXPECT_EQ(out.outOfBounds, 1u);
     for (uint i = 0; i < in.bodyCount; ++i) {
@@ -320,8 +320,8 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
       EXPECT_EQ(out.activations[i].state, bodies[i]->getActivationState());
       if (out.activations[i].state == STATE_DISABLE_SIMULATION) continue;  // Bullet's is still the one of its creation
       const float scale = static_cast<float>(proxy->m_aabbMax.length() + proxy->m_aabbMin.length());
-      EXPECT_LE((vectorOf(out.aabbs[i].lower) - proxy->m_aabbMin).length(), 2 * kTolerance * scale) << i;
-      EXPECT_LE((vectorOf(out.aabbs[i].upper) - proxy->m_aabbMax).length(), 2 * kTolerance * scale) << i;
+      EXPECT_LE((toBullet(out.aabbs[i].lower) - proxy->m_aabbMin).length(), 2 * kTolerance * scale) << i;
+      EXPECT_LE((toBullet(out.aabbs[i].upper) - proxy->m_aabbMax).length(), 2 * kTolerance * scale) << i;
     }
   }
   for (auto& body : bodies) world.removeCollisionObject(body.get());

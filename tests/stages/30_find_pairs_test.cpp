@@ -316,14 +316,14 @@ TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
   for (uint i = 0; i < count; ++i) {
     indices[i] = i;
     proxies[i] =
-        broadphase.createProxy(vectorOf(b.aabbs[i].lower), vectorOf(b.aabbs[i].upper), SPHERE_SHAPE_PROXYTYPE,
+        broadphase.createProxy(toBullet(b.aabbs[i].lower), toBullet(b.aabbs[i].upper), SPHERE_SHAPE_PROXYTYPE,
                                &indices[i], b.world.info(i).filterGroup, b.world.info(i).filterMask, &dispatcher);
   }
   for (int step = 0; step < 5; ++step) {
     for (uint i = 0; i < count; ++i) {
       const float4 by = uniform3(random, -0.3f, 0.3f);
       b.aabbs[i] = {b.aabbs[i].lower + by, b.aabbs[i].upper + by};
-      broadphase.setAabb(proxies[i], vectorOf(b.aabbs[i].lower), vectorOf(b.aabbs[i].upper), &dispatcher);
+      broadphase.setAabb(proxies[i], toBullet(b.aabbs[i].lower), toBullet(b.aabbs[i].upper), &dispatcher);
     }
     broadphase.calculateOverlappingPairs(&dispatcher);
     std::set<ulong> bullets;
@@ -338,8 +338,8 @@ TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
       EXPECT_EQ(bullets.count(key), 1u) << "Bullet lacks " << (key >> 32) << ", " << (uint)key;
     for (const ulong key : bullets) {
       const auto low = static_cast<uint>(key >> 32), high = static_cast<uint>(key);
-      if (!TestAabbAgainstAabb2(vectorOf(b.aabbs[low].lower), vectorOf(b.aabbs[low].upper),
-                                vectorOf(b.aabbs[high].lower), vectorOf(b.aabbs[high].upper))) {
+      if (!TestAabbAgainstAabb2(toBullet(b.aabbs[low].lower), toBullet(b.aabbs[low].upper),
+                                toBullet(b.aabbs[high].lower), toBullet(b.aabbs[high].upper))) {
         continue;
       }
       EXPECT_TRUE(std::binary_search(found.keys.begin(), found.keys.end(), key)) << "we lack " << low << ", " << high;

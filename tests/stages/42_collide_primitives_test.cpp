@@ -299,7 +299,7 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
       bulletShapes[k] = bulletShapeOf(shapes[k]);
       shapes[k].margin = static_cast<float>(bulletShapes[k]->getMargin());
       objects[k].setCollisionShape(bulletShapes[k].get());
-      objects[k].setWorldTransform(transformOf(poses[k]));
+      objects[k].setWorldTransform(toBullet(poses[k]));
     }
     const RawContacts raw = collidePrimitivesReference(pair.bucket, shapes[0], poses[0], shapes[1], poses[1], 0);
     BulletContacts bullet;
@@ -309,7 +309,7 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
       ++compared[pair.bucket];
       float nearest = 1e9f, distanceError = 0;
       for (int k = 0; k < raw.count; ++k) {
-        const btVector3 onB = vectorOf(raw.points[k]) + vectorOf(poses[0].position);
+        const btVector3 onB = toBullet(raw.points[k]) + toBullet(poses[0].position);
         const float apart = static_cast<float>((onB - point.getPositionWorldOnB()).length());
         if (apart >= nearest) continue;
         nearest = apart;
@@ -323,7 +323,7 @@ TEST(CollidePrimitivesReference, AgreesWithBullet) {
       const float angle = epa ? std::sqrt(2e-4f / -static_cast<float>(point.getDistance())) : 1e-5f;
       EXPECT_LE(distanceError, epa ? 1e-4f : 1e-5f) << "bucket " << pair.bucket;
       EXPECT_LE(nearest, angle) << "bucket " << pair.bucket;
-      EXPECT_LE((vectorOf(raw.normal) - point.m_normalWorldOnB).length(), angle) << "bucket " << pair.bucket;
+      EXPECT_LE((toBullet(raw.normal) - point.m_normalWorldOnB).length(), angle) << "bucket " << pair.bucket;
     }
   }
   for (const uint bucket : {BUCKET_SPHERE_SPHERE, BUCKET_SPHERE_BOX, BUCKET_SPHERE_PLANE, BUCKET_BOX_PLANE}) {

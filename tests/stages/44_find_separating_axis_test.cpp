@@ -238,10 +238,10 @@ TEST(FindSeparatingAxisReference, AgreesWithBullet) {
     if (pair.bucket != BUCKET_BOX_BOX || isAmbiguousAxis(projectionsOf(p, pair), pairSize(p, pair))) continue;
     const SeparatingAxis axis = separatingAxisReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA),
                                                         p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
-    const btBoxShape a(vectorOf(p.shapeOf(pair.bodyA).extents)), b(vectorOf(p.shapeOf(pair.bodyB).extents));
+    const btBoxShape a(toBullet(p.shapeOf(pair.bodyA).extents)), b(toBullet(p.shapeOf(pair.bodyB).extents));
     btDiscreteCollisionDetectorInterface::ClosestPointInput input;
-    input.m_transformA = transformOf({{}, p.world.pose(pair.bodyA).orientation});
-    input.m_transformB = transformOf({p.bFromA(pair), p.world.pose(pair.bodyB).orientation});
+    input.m_transformA = toBullet({{}, p.world.pose(pair.bodyA).orientation});
+    input.m_transformB = toBullet({p.bFromA(pair), p.world.pose(pair.bodyB).orientation});
     DeepestPoint bullet;
     btBoxBoxDetector detector(&a, &b);
     detector.getClosestPoints(input, bullet, nullptr);
@@ -258,7 +258,7 @@ TEST(FindSeparatingAxisReference, AgreesWithBullet) {
     const double error = axisError(chosen, code, pairSize(p, pair));
     EXPECT_GE(bullet.distance, -axis.normal.w - error);
     EXPECT_TRUE(axis.code < 6 || std::fabs(bullet.distance + axis.normal.w) <= error);
-    EXPECT_LE((bullet.normal + vectorOf(axis.normal)).length(), 2 * kBoxTolerance / chosen.sine);
+    EXPECT_LE((bullet.normal + toBullet(axis.normal)).length(), 2 * kBoxTolerance / chosen.sine);
   }
   EXPECT_GT(separated, 100u);
   EXPECT_GT(faces, 100u);

@@ -249,10 +249,10 @@ TEST(ClipFacesReference, AgreesWithBullet) {
   for (const uint position : axes.overlapping) {
     const Pair& pair = p.pairs[axes.pairOf[position]];
     const SeparatingAxis& axis = axes.axes[position];
-    const btBoxShape a(vectorOf(p.shapeOf(pair.bodyA).extents)), b(vectorOf(p.shapeOf(pair.bodyB).extents));
+    const btBoxShape a(toBullet(p.shapeOf(pair.bodyA).extents)), b(toBullet(p.shapeOf(pair.bodyB).extents));
     btDiscreteCollisionDetectorInterface::ClosestPointInput input;
-    input.m_transformA = transformOf({{}, p.world.pose(pair.bodyA).orientation});
-    input.m_transformB = transformOf({p.bFromA(pair), p.world.pose(pair.bodyB).orientation});
+    input.m_transformA = toBullet({{}, p.world.pose(pair.bodyA).orientation});
+    input.m_transformB = toBullet({p.bFromA(pair), p.world.pose(pair.bodyB).orientation});
     BulletPoints bullet;
     btBoxBoxDetector detector(&a, &b);
     detector.getClosestPoints(input, bullet, nullptr);

@@ -55,11 +55,11 @@ void expectAsBullet(const Manifold& m, const btPersistentManifold& bullet) {
   for (int k = 0; k < m.pointCount; ++k) {
     const ContactPoint& p = m.points[k];
     const btManifoldPoint& b = bullet.getContactPoint(k);
-    EXPECT_LE((vectorOf(p.localPointA) - b.m_localPointA).length(), 1e-5f) << k;
-    EXPECT_LE((vectorOf(p.localPointB) - b.m_localPointB).length(), 1e-5f) << k;
+    EXPECT_LE((toBullet(p.localPointA) - b.m_localPointA).length(), 1e-5f) << k;
+    EXPECT_LE((toBullet(p.localPointB) - b.m_localPointB).length(), 1e-5f) << k;
     EXPECT_NEAR(p.localPointA.w, b.getDistance(), 1e-5f) << k;
-    EXPECT_LE((vectorOf(p.lateralFrictionDir1) - b.m_lateralFrictionDir1).length(), 1e-6f) << k;
-    EXPECT_LE((vectorOf(p.lateralFrictionDir2) - b.m_lateralFrictionDir2).length(), 1e-6f) << k;
+    EXPECT_LE((toBullet(p.lateralFrictionDir1) - b.m_lateralFrictionDir1).length(), 1e-6f) << k;
+    EXPECT_LE((toBullet(p.lateralFrictionDir2) - b.m_lateralFrictionDir2).length(), 1e-6f) << k;
     EXPECT_EQ(p.localPointB.w, b.m_appliedImpulse) << k;
     EXPECT_EQ(p.normalWorldOnB.w, b.m_appliedImpulseLateral1) << k;
     EXPECT_EQ(p.lateralFrictionDir1.w, b.m_appliedImpulseLateral2) << k;
@@ -117,8 +117,8 @@ TEST_F(MatchContactsTest, FollowsBulletsManifoldForSixtySteps) {
       SCOPED_TRACE(testing::Message() << "step " << step << ", pair " << i);
       const Pair& pair = in.world.pairs[i];
       btCollisionObject &a = *objects[pair.bodyA], &b = *objects[pair.bodyB];
-      a.setWorldTransform(transformOf(in.world.world.pose(pair.bodyA)));
-      b.setWorldTransform(transformOf(in.world.world.pose(pair.bodyB)));
+      a.setWorldTransform(toBullet(in.world.world.pose(pair.bodyA)));
+      b.setWorldTransform(toBullet(in.world.world.pose(pair.bodyB)));
       const btCollisionObjectWrapper wrapA(nullptr, &shape, &a, a.getWorldTransform(), -1, -1);
       const btCollisionObjectWrapper wrapB(nullptr, &shape, &b, b.getWorldTransform(), -1, -1);
       btManifoldResult result(&wrapA, &wrapB);
@@ -126,7 +126,7 @@ TEST_F(MatchContactsTest, FollowsBulletsManifoldForSixtySteps) {
       const RawContacts& raw = in.contacts[i];
       const int before = manifolds[i]->getNumContacts();
       for (int k = 0; k < raw.count; ++k) {
-        result.addContactPoint(vectorOf(raw.normal), vectorOf(raw.points[k]) + a.getWorldTransform().getOrigin(),
+        result.addContactPoint(toBullet(raw.normal), toBullet(raw.points[k]) + a.getWorldTransform().getOrigin(),
                                raw.points[k].w);
       }
       replaced += before == 4 && raw.count > 0;
@@ -172,7 +172,7 @@ TEST_F(MatchContactsTest, FollowsBulletsDispatcherForSixtySteps) {
     objects[i].setCollisionShape(shapes[i]);
     objects[i].setFriction(0.5f);
     objects[i].setUserIndex(static_cast<int>(i));
-    objects[i].setWorldTransform(transformOf(b.pose(i)));
+    objects[i].setWorldTransform(toBullet(b.pose(i)));
     world.addCollisionObject(&objects[i], 1 << i / 2, 1 << i / 2);  // pairs meet only each other
   }
 
@@ -191,7 +191,7 @@ TEST_F(MatchContactsTest, FollowsBulletsDispatcherForSixtySteps) {
     Stage48Input next{p, {}};
     nextStep(next, bench.read(bench.world().manifolds, 3));
 
-    for (uint i = 0; i < 6; ++i) objects[i].setWorldTransform(transformOf(b.pose(i)));
+    for (uint i = 0; i < 6; ++i) objects[i].setWorldTransform(toBullet(b.pose(i)));
     world.performDiscreteCollisionDetection();
     ASSERT_EQ(dispatcher.getNumManifolds(), 3);
     for (int k = 0; k < 3; ++k) {

@@ -93,7 +93,7 @@ class BuildIslandsTest : public DeviceTest {
 
   static IslandsReference reference(const IslandScene& scene) {
     const WorldInput in = scene.builder.finish();
-    return buildIslandsReference(stepParamsOf(scene.settings, {}, false), in.infos.values, scene.steps,
+    return buildIslandsReference(makeStepParams(scene.settings, {}, false), in.infos.values, scene.steps,
                                  in.activations.values, scene.pairs, scene.manifolds);
   }
 

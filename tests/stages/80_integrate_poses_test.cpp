@@ -79,7 +79,7 @@ class IntegratePosesTest : public DeviceTest {
     const Poses actual = device(scene);
     const PosesReference was = before(scene);
     PosesReference expected = was;
-    integratePosesReference(stepParamsOf(scene.settings, {}, false), scene.steps, scene.solverBodies, scene.solved,
+    integratePosesReference(makeStepParams(scene.settings, {}, false), scene.steps, scene.solverBodies, scene.solved,
                             scene.builder.finish().activations.values, expected);
     EXPECT_EQ(actual.quarantined, expected.quarantined);
     for (uint i = 0; i < scene.bodyCount(); ++i) {

@@ -92,7 +92,7 @@ ContactPoint& ContactScene::addPoint(Manifold& manifold, float4 normalOnB, float
   return p;
 }
 
-StepParams ContactScene::params() const { return stepParamsOf(settings, {}, torsionRows); }
+StepParams ContactScene::params() const { return makeStepParams(settings, {}, torsionRows); }
 
 ContactScene randomContacts(std::mt19937& random, const RandomContacts& what) {
   ContactScene scene;
@@ -120,7 +120,7 @@ std::unique_ptr<StageBench> benchForContacts(Queue& queue, const ContactScene& s
   auto bench = std::make_unique<StageBench>(queue, input, scene.settings, room);
   DeviceWorld& world = bench->world();
   if (scene.torsionRows) world.torsion.resize(queue, room.slots * SLOT_TORSION_FIELDS);
-  StepParams params = stepParamsOf(scene.settings, room, scene.torsionRows);
+  StepParams params = makeStepParams(scene.settings, room, scene.torsionRows);
   bench->setParams(params);
   bench->run<ApplyForces>();
 

@@ -16,15 +16,12 @@ class RoomyWorld {
 
   // One step, as WorldEngine does it up to the point where it would look for an overflow.
   StepResults step(const WorldInput& input, const StepSettings& settings) {
-    WorldTraits traits;
-    traits.shapeTypes = shapeTypesOf(input);
-    const bool fresh = m_world.oldPairCount.empty();
-    m_world.reserve(m_queue, m_room, settings.twoFrictionDirections, false);
-    if (fresh) m_world.oldPairCount.copyFromHost(m_queue, {0u});
+    const WorldTraits traits = traitsOf(input);
+    m_world.reserve(m_queue, m_room, settings.twoFrictionDirections, traits.torsionRows);
     m_world.upload(m_queue, input);
     m_queue.finish();
     m_before = state();
-    m_world.params.copyFromHost(m_queue, {stepParamsOf(settings, m_world.capacities, false)});
+    m_world.params.copyFromHost(m_queue, {makeStepParams(settings, m_world.capacities, traits.torsionRows)});
     m_world.counters.copyFromHost(m_queue, {StepCounters{}});
     m_pipeline.enqueueStep(m_queue, m_world, settings, traits);
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "gpu_engine/pipeline.h"
+
 namespace btgpu {
 namespace {
 
@@ -20,58 +22,15 @@ Capacities withDefaults(Capacities c, size_t bodies) {
   return c;
 }
 
-bool hasTorsion(const WorldInput& input) {
-  return std::any_of(input.materials.values.begin(), input.materials.values.end(),
-                     [](const BodyMaterial& m) { return m.rollingFriction != 0; });
-}
-
 }  // namespace
-
-StepParams stepParamsOf(const StepSettings& s, const Capacities& c, bool torsionRows) {
-  StepParams p{};
-  const auto flag = [&p](bool on, uint bit) { p.flags |= on ? bit : 0u; };
-  flag(s.useContinuous, STEP_USE_CONTINUOUS);
-  flag(s.forceUpdateAllAabbs, STEP_FORCE_ALL_AABBS);
-  flag(s.splitImpulse, STEP_SPLIT_IMPULSE);
-  flag(s.warmStarting, STEP_WARM_START);
-  flag(s.twoFrictionDirections, STEP_TWO_FRICTION);
-  flag(s.frictionDirectionCaching, STEP_FRICTION_CACHING);
-  flag(!s.velocityDependentFriction, STEP_NO_VELOCITY_FRICTION);
-  flag(s.interleaveContactAndFriction, STEP_INTERLEAVE);
-  flag(s.disableDeactivation, STEP_DISABLE_DEACTIVATION);
-  flag(torsionRows, STEP_TORSION);
-  flag(s.hostActivation, STEP_HOST_ACTIVATION);
-  flag(s.wakeByContact, STEP_WAKE_BY_CONTACT);
-  p.timeStep = s.timeStep;
-  p.erp2 = s.erp2;
-  p.globalCfm = s.globalCfm;
-  p.splitImpulsePenetrationThreshold = s.splitImpulsePenetrationThreshold;
-  p.splitImpulseTurnErp = s.splitImpulseTurnErp;
-  p.linearSlop = s.linearSlop;
-  p.warmStartingFactor = s.warmStartingFactor;
-  p.sor = s.sor;
-  p.restitutionVelocityThreshold = s.restitutionVelocityThreshold;
-  p.maxGyroscopicForce = s.maxGyroscopicForce;
-  p.contactThreshold = s.contactBreakingThreshold;
-  p.deactivationTime = s.deactivationTime;
-  p.colourLaunches = c.colourLaunches;
-  p.serialLaunched = c.serialLaunched ? 1u : 0u;
-  return p;
-}
-
-uint shapeTypesOf(const WorldInput& input) {
-  uint types = 0;
-  for (const Shape& s : input.shapes.values) types |= 1u << s.type;
-  return types;
-}
 
 StageBench::StageBench(Queue& queue, const WorldInput& input, const StepSettings& settings, Capacities wanted)
     : m_queue(queue) {
-  m_world.reserve(queue, withDefaults(wanted, input.bodyCount), settings.twoFrictionDirections, hasTorsion(input));
-  m_world.oldPairCount.copyFromHost(queue, {0u});
+  const bool torsionRows = traitsOf(input).torsionRows;
+  m_world.reserve(queue, withDefaults(wanted, input.bodyCount), settings.twoFrictionDirections, torsionRows);
   m_world.upload(queue, input);
   queue.finish();
-  setParams(stepParamsOf(settings, m_world.capacities, hasTorsion(input)));
+  setParams(makeStepParams(settings, m_world.capacities, torsionRows));
   setCounters({});
 }
 

@@ -11,6 +11,7 @@
 
 #include "gpu_engine/device_world.h"
 #include "gpu_engine/opencl/queue.h"
+#include "gpu_engine/step_params.h"
 
 namespace btgpu {
 
@@ -96,14 +97,5 @@ template <typename T>
 bool sameBits(const T& a, const T& b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
-
-// Key of a pair: (lower << 32 | higher body index).
-inline ulong pairKeyOf(uint a, uint b) { return static_cast<ulong>(a < b ? a : b) << 32 | (a < b ? b : a); }
-
-// Bit SHAPE_* for every shape of the world, as WorldEngine gives it to stage 42.
-uint shapeTypesOf(const WorldInput& input);
-
-// The device's form of the settings, as WorldEngine makes it.
-StepParams stepParamsOf(const StepSettings& settings, const Capacities& capacities, bool torsionRows);
 
 }  // namespace btgpu
