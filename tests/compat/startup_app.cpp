@@ -9,7 +9,7 @@
 #include <string>
 
 #include "compat/btGpuDynamicsWorld.h"
-#include "samples/scenes/scene.h"
+#include "tests/support/world_of.h"
 
 namespace {
 
@@ -18,29 +18,21 @@ using Clock = std::chrono::steady_clock;
 
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-template <typename World>
-struct Run {
-  Run() : dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration), objects(world) {
-    const auto* plane = objects.plane(btVector3(0, 1, 0), 0);
-    objects.add(0, const_cast<btStaticPlaneShape*>(plane), btVector3(0, 0, 0));
-    auto* box = objects.box(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5)));
-    auto* ball = objects.sphere(btScalar(0.5));
-    for (int i = 0; i < 60; ++i) {
-      btCollisionShape* shape = i % 2 ? static_cast<btCollisionShape*>(box) : ball;
-      objects.add(1, shape,
-                  btVector3(btScalar(0.9 * (i % 4)), btScalar(0.6 + 1.1 * (i / 16)), btScalar(0.8 * (i / 4 % 4))));
-    }
+void build(scenes::Objects& objects) {
+  const auto* plane = objects.plane(btVector3(0, 1, 0), 0);
+  objects.add(0, const_cast<btStaticPlaneShape*>(plane), btVector3(0, 0, 0));
+  auto* box = objects.box(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5)));
+  auto* ball = objects.sphere(btScalar(0.5));
+  for (int i = 0; i < 60; ++i) {
+    btCollisionShape* shape = i % 2 ? static_cast<btCollisionShape*>(box) : ball;
+    objects.add(1, shape,
+                btVector3(btScalar(0.9 * (i % 4)), btScalar(0.6 + 1.1 * (i / 16)), btScalar(0.8 * (i / 4 % 4))));
   }
-  void step(int count) {
-    for (int i = 0; i < count; ++i) world.stepSimulation(btScalar(1.0 / 60), 0);
-  }
+}
 
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher;
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  World world;
-  scenes::Objects objects;
+template <typename World>
+struct Run : btgpu::test::WorldOf<World> {
+  Run() { build(this->objects); }
 };
 
 bool sameBits(const btRigidBody& a, const btRigidBody& b) {
@@ -78,13 +70,13 @@ int main() {
   std::printf("loaderAtStart %d\n", isLoaderMapped());
   const auto start = Clock::now();
   Run<btGpuDynamicsWorld> gpu;
-  gpu.step(1);
+  gpu.run(1);
   std::printf("firstStepSeconds %.3f\n", secondsSince(start));
-  gpu.step(kSteps - 1);
+  gpu.run(kSteps - 1);
   Run<btGpuDynamicsWorld> second;  // what is missing is said once a process
-  second.step(1);
+  second.run(1);
   Run<btDiscreteDynamicsWorld> stock;
-  stock.step(kSteps);
+  stock.run(kSteps);
 
   bool same = true;
   for (size_t i = 0; i < stock.objects.bodies().size(); ++i) {

@@ -11,8 +11,8 @@
 
 #include "compat/btGpuDynamicsWorld.h"
 #include "compat/world_state.h"
-#include "samples/scenes/scene.h"
 #include "tests/support/world_hash.h"
+#include "tests/support/world_of.h"
 
 namespace btgpu::test {
 
@@ -36,35 +36,32 @@ struct RunOutcome {
 // A world of a plan, stepped as its owner likes.
 class HashedRun {
  public:
-  explicit HashedRun(const RunPlan& plan)
-      : m_dispatcher(&m_configuration),
-        m_world(&m_dispatcher, &m_broadphase, &m_solver, &m_configuration, settingsOf(plan)),
-        m_objects(m_world) {
+  explicit HashedRun(const RunPlan& plan) : m_run(settingsOf(plan)) {
     const scenes::Scene* scene = scenes::find(plan.scene);
     if (!scene) throw std::runtime_error("no scene " + plan.scene);
-    if (plan.emptyStep) m_world.stepSimulation(btScalar(1.0 / 60.0), 0);
-    scene->build(m_objects, plan.size);
-    if (plan.changedBody >= 0) raise(*m_objects.bodies().at(static_cast<size_t>(plan.changedBody)));
+    if (plan.emptyStep) m_run.run(1);
+    scene->build(m_run.objects, plan.size);
+    if (plan.changedBody >= 0) raise(*m_run.objects.bodies().at(static_cast<size_t>(plan.changedBody)));
   }
 
   void step(int count = 1) {
     for (int i = 0; i < count; ++i) {
-      m_world.stepSimulation(btScalar(1.0 / 60.0), 0);
-      m_hash.add(m_world);
-      m_colours = btMax(m_colours, m_world.statistics().m_colours);
+      m_run.run(1);
+      m_hash.add(m_run.world);
+      m_colours = btMax(m_colours, m_run.world.statistics().m_colours);
     }
   }
 
   RunOutcome outcome() const {
     RunOutcome o;
     o.hash = m_hash.value();
-    const btGpuStatistics s = m_world.statistics();
+    const btGpuStatistics s = m_run.world.statistics();
     o.deviceSteps = s.m_deviceSteps;
     o.stockSteps = s.m_stockSteps;
     o.repeatedSteps = s.m_repeatedSteps;
     o.colours = m_colours;
-    for (const btRigidBody* b : m_objects.bodies()) o.asleep += b->getActivationState() == ISLAND_SLEEPING;
-    const auto state = findState(&m_world);
+    for (const btRigidBody* b : m_run.objects.bodies()) o.asleep += b->getActivationState() == ISLAND_SLEEPING;
+    const auto state = findState(&m_run.world);
     if (state->engine) {
       o.programsBuilt = state->engine->info().programsBuilt;
       o.programsLoaded = state->engine->info().programsLoaded;
@@ -72,8 +69,8 @@ class HashedRun {
     return o;
   }
 
-  btGpuDynamicsWorld& world() { return m_world; }
-  const scenes::Objects& objects() const { return m_objects; }
+  btGpuDynamicsWorld& world() { return m_run.world; }
+  const scenes::Objects& objects() const { return m_run.objects; }
 
  private:
   static btGpuSettings settingsOf(const RunPlan& plan) {
@@ -88,12 +85,7 @@ class HashedRun {
     body.setInterpolationWorldTransform(t);
   }
 
-  btDefaultCollisionConfiguration m_configuration;
-  btCollisionDispatcher m_dispatcher;
-  btDbvtBroadphase m_broadphase;
-  btSequentialImpulseConstraintSolver m_solver;
-  btGpuDynamicsWorld m_world;
-  scenes::Objects m_objects;
+  WorldOf<btGpuDynamicsWorld> m_run;
   WorldHash m_hash;
   unsigned m_colours = 0;
 };

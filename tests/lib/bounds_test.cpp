@@ -203,7 +203,7 @@ TEST(Morton, CodeInterleavesTheCells) {
     ulong expected = 0;
     bool border = false;
     for (int axis = 0; axis < 3; ++axis) {
-      const double cell = (at(toDouble(p), axis) - at(lower, axis)) / at(extent, axis) * 65536;
+      const double cell = (toDouble(p)[axis] - lower[axis]) / extent[axis] * 65536;
       border |= std::fabs(cell - std::round(cell)) < 65536 * 4 * kRounding;
       expected |= slowSpread(static_cast<uint>(cell)) << axis;
     }

@@ -106,14 +106,14 @@ Axes exactAxes(const BoxPair& p) {
   const DoubleMatrix ra = rotationOf(p.poseA.orientation), rb = rotationOf(p.poseB.orientation);
   const Double3 t = toDouble(p.poseB.position) - toDouble(p.poseA.position);
   const auto reach = [](const DoubleMatrix& r, float4 half, Double3 axis) {
-    return std::fabs(dot(column(r, 0), axis)) * half.x + std::fabs(dot(column(r, 1), axis)) * half.y +
-           std::fabs(dot(column(r, 2), axis)) * half.z;
+    return std::fabs(dot(r.column(0), axis)) * half.x + std::fabs(dot(r.column(1), axis)) * half.y +
+           std::fabs(dot(r.column(2), axis)) * half.z;
   };
   Axes axes;
   for (int code = 0; code < 15; ++code) {
-    Double3 axis = code < 3   ? column(ra, code)
-                   : code < 6 ? column(rb, code - 3)
-                              : cross(column(ra, (code - 6) / 3), column(rb, (code - 6) % 3));
+    Double3 axis = code < 3   ? ra.column(code)
+                   : code < 6 ? rb.column(code - 3)
+                              : cross(ra.column((code - 6) / 3), rb.column((code - 6) % 3));
     axes.sine[code] = length(axis);
     if (axes.sine[code] < 1e-9) {
       axes.separation[code] = -1e30;
@@ -195,7 +195,7 @@ void expectSameCorners(const BoxPair& p, const StockResult& stock, const RawCont
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       // Edges as seen along the normal; those along it do not show.
-      const Double3 u = column(ra, i) - n * dot(column(ra, i), n), v = column(rb, j) - n * dot(column(rb, j), n);
+      const Double3 u = ra.column(i) - n * dot(ra.column(i), n), v = rb.column(j) - n * dot(rb.column(j), n);
       if (length(u) < 0.1 || length(v) < 0.1) continue;
       const double s = length(cross(u, v)) / (length(u) * length(v));
       if (s > 1e-6) sine = std::fmin(sine, s);  // parallel lines do not meet at all

@@ -6,14 +6,10 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "tests/lib/double3.h"
+#include "tests/support/bullet_convert.h"
 
 namespace btgpu {
 
-inline btVector3 toBullet(float4 v) { return {v.x, v.y, v.z}; }
-inline btTransform toBullet(const BodyPose& pose) {
-  const float4 q = pose.orientation;
-  return btTransform(btQuaternion(q.x, q.y, q.z, q.w), toBullet(pose.position));
-}
 inline Double3 toDouble(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 inline DoubleMatrix toDouble(const btMatrix3x3& m) { return {{toDouble(m[0]), toDouble(m[1]), toDouble(m[2])}}; }
 inline void expectNear(float4 actual, const btVector3& expected, double tolerance) {

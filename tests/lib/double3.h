@@ -9,6 +9,7 @@
 #include <cmath>
 #include <random>
 
+#include "gpu_engine/stages/reference_maths.h"
 #include "kernels/shared/body.h"
 
 namespace btgpu {
@@ -16,36 +17,11 @@ namespace btgpu {
 // Largest relative error of one correctly rounded float operation. Tolerances are small multiples of it.
 constexpr double kRounding = 5.9604645e-8;  // 2^-24
 
-struct Double3 {
-  double x = 0, y = 0, z = 0;
-};
+using Double3 = reference::Vec;
+using DoubleMatrix = reference::Matrix;
 
-inline Double3 operator+(Double3 a, Double3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Double3 operator-(Double3 a, Double3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Double3 operator-(Double3 a) { return {-a.x, -a.y, -a.z}; }
-inline Double3 operator*(Double3 a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 inline Double3 times(Double3 a, Double3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
-inline double dot(Double3 a, Double3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Double3 cross(Double3 a, Double3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-inline double length(Double3 a) { return std::sqrt(dot(a, a)); }
-inline double at(Double3 a, int i) { return i == 0 ? a.x : i == 1 ? a.y : a.z; }
 inline Double3 toDouble(float4 v) { return {v.x, v.y, v.z}; }
-
-struct DoubleMatrix {
-  Double3 row[3];
-};
-
-inline Double3 operator*(const DoubleMatrix& m, Double3 v) {
-  return {dot(m.row[0], v), dot(m.row[1], v), dot(m.row[2], v)};
-}
-inline Double3 column(const DoubleMatrix& m, int i) { return {at(m.row[0], i), at(m.row[1], i), at(m.row[2], i)}; }
-inline DoubleMatrix transposed(const DoubleMatrix& m) { return {{column(m, 0), column(m, 1), column(m, 2)}}; }
-inline DoubleMatrix operator*(const DoubleMatrix& a, const DoubleMatrix& b) {
-  const DoubleMatrix t = transposed(b);
-  return {{t * a.row[0], t * a.row[1], t * a.row[2]}};
-}
 
 // v turned by the quaternion q (normalised here): v + 2 w (q x v) + 2 q x (q x v).
 inline Double3 turned(float4 q, Double3 v) {
@@ -55,7 +31,7 @@ inline Double3 turned(float4 q, Double3 v) {
   return v + t * (q.w / n) + cross(u, t);
 }
 inline DoubleMatrix rotationOf(float4 q) {
-  return transposed({{turned(q, {1, 0, 0}), turned(q, {0, 1, 0}), turned(q, {0, 0, 1})}});
+  return transposed(DoubleMatrix{{turned(q, {1, 0, 0}), turned(q, {0, 1, 0}), turned(q, {0, 0, 1})}});
 }
 
 inline void expectNear(Double3 actual, Double3 expected, double tolerance) {

@@ -117,7 +117,7 @@ TEST(Vec, MatrixProducts) {
     const double tolerance = 4 * kRounding * 3 * 2 * 5;  // as for a dot product of terms up to 2 * 5
     expectNear(mulMatrix(m, v), toDouble(m) * toDouble(v), tolerance);
     expectNear(mulTransposed(m, v), transposed(toDouble(m)) * toDouble(v), tolerance);
-    for (int i = 0; i < 3; ++i) expectNear(matrixColumn(m, i), column(toDouble(m), i), 0);
+    for (int i = 0; i < 3; ++i) expectNear(matrixColumn(m, i), toDouble(m).column(i), 0);
   }
 }
 
@@ -169,7 +169,7 @@ TEST(Vec, Solve3) {
     m.row2 = random.vector(2);
     const float4 b = random.vector(3);
     const DoubleMatrix dm = toDouble(m);
-    const double det = dot(column(dm, 0), cross(column(dm, 1), column(dm, 2)));
+    const double det = dot(dm.column(0), cross(dm.column(1), dm.column(2)));
     if (std::fabs(det) < 0.1) continue;
     ++solved;
     const double tolerance = 3 * 40 * kRounding * 3 * 4 * 2 / std::fabs(det);

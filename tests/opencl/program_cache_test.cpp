@@ -10,11 +10,15 @@
 #include "gpu_engine/primitives/primitives.h"
 #include "tests/support/device_test.h"
 #include "tests/support/scoped_environment.h"
+#include "tests/support/subprocess.h"
 
 namespace btgpu {
 namespace {
 
 using Statistics = ProgramCache::Statistics;
+using test::readFile;
+using test::TemporaryFolder;
+using test::writeFile;
 
 void expectStatistics(const Statistics& s, int built, int loaded, int rejected) {
   EXPECT_EQ(s.built, built);
@@ -53,14 +57,6 @@ class ProgramCacheTest : public DeviceTest {
     return paths;
   }
 
-  static std::string readFile(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  static void writeFile(const std::filesystem::path& path, const std::string& content) {
-    std::ofstream(path, std::ios::binary) << content;
-  }
-
   // All kernel sources, as a checkout has them below `root`.
   static void writeKernels(const std::filesystem::path& root) {
     for (const auto& [path, text] : embeddedKernels()) {
@@ -77,7 +73,7 @@ class ProgramCacheTest : public DeviceTest {
     expectStatistics(runProcess(), 0, 1, 0);
   }
 
-  ScopedDirectory m_directory;
+  TemporaryFolder m_directory;
   ScopedVariable m_variable{"BTGPU_CACHE_DIR", m_directory.path().string()};
 };
 
@@ -179,7 +175,7 @@ TEST_F(ProgramCacheTest, EntryOfAnotherProgramIsRejected) {
 
 // The source is part of the key, so an edited kernel is never served from an old entry.
 TEST_F(ProgramCacheTest, EditedSourceIsBuiltAnew) {
-  const ScopedDirectory sources;
+  const TemporaryFolder sources;
   writeKernels(sources.path());
   const ScopedVariable root("BTGPU_KERNEL_DIR", sources.path().string());
   expectStatistics(runProcess(), 1, 0, 0);
@@ -270,7 +266,7 @@ class BuildErrorTest : public ProgramCacheTest {
     }
   }
 
-  ScopedDirectory m_sources;
+  TemporaryFolder m_sources;
   ScopedVariable m_root{"BTGPU_KERNEL_DIR", m_sources.path().string()};
 };
 

@@ -14,18 +14,18 @@
 
 namespace btgpu {
 
-inline btVector3 vectorOf(float4 v) { return {v.x, v.y, v.z}; }
+inline btVector3 toBullet(float4 v) { return {v.x, v.y, v.z}; }
 
-inline btTransform transformOf(const BodyPose& p) {
+inline btTransform toBullet(const BodyPose& p) {
   const float4 q = p.orientation;
-  return btTransform({q.x, q.y, q.z, q.w}, vectorOf(p.position));
+  return btTransform({q.x, q.y, q.z, q.w}, toBullet(p.position));
 }
 
 // With Bullet's own margin: see Shape::margin.
 inline std::unique_ptr<btCollisionShape> bulletShapeOf(const Shape& s) {
   if (s.type == SHAPE_SPHERE) return std::make_unique<btSphereShape>(s.extents.x);
-  if (s.type == SHAPE_BOX) return std::make_unique<btBoxShape>(vectorOf(s.extents));
-  return std::make_unique<btStaticPlaneShape>(vectorOf(s.extents), s.extents.w);
+  if (s.type == SHAPE_BOX) return std::make_unique<btBoxShape>(toBullet(s.extents));
+  return std::make_unique<btStaticPlaneShape>(toBullet(s.extents), s.extents.w);
 }
 
 }  // namespace btgpu

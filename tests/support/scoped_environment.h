@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Environment variables and directories that last as long as a test.
+// Environment variables that last as long as a test.
 #pragma once
 
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <cstdlib>
-#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -32,26 +28,6 @@ class ScopedVariable {
  private:
   std::string m_name;
   std::optional<std::string> m_old;
-};
-
-class ScopedDirectory {
- public:
-  ScopedDirectory() {
-    std::string pattern = ::testing::TempDir() + "btgpu_test_XXXXXX";
-    m_path = ::mkdtemp(pattern.data()) ? pattern : "";
-    EXPECT_FALSE(m_path.empty());
-  }
-  ~ScopedDirectory() {
-    std::error_code error;
-    if (!m_path.empty()) std::filesystem::remove_all(m_path, error);
-  }
-  ScopedDirectory(const ScopedDirectory&) = delete;
-  ScopedDirectory& operator=(const ScopedDirectory&) = delete;
-
-  const std::filesystem::path& path() const { return m_path; }
-
- private:
-  std::filesystem::path m_path;
 };
 
 }  // namespace btgpu

@@ -5,33 +5,10 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
-
 #include "compat/btGpuDynamicsWorld.h"
-#include "samples/scenes/scene.h"
+#include "tests/support/world_of.h"
 
 namespace btgpu::test {
-
-// A world with its parts; bodies are added through `objects`, which takes them out again at the end.
-template <typename World>
-struct WorldOf {
-  WorldOf() : dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration), objects(world) {}
-  explicit WorldOf(const btGpuSettings& settings)
-      : dispatcher(&configuration),
-        world(&dispatcher, &broadphase, &solver, &configuration, settings),
-        objects(world) {}
-
-  void run(int steps, double timeStep = 1.0 / 60.0) {
-    for (int i = 0; i < steps; ++i) world.stepSimulation(static_cast<btScalar>(timeStep), 0);
-  }
-
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher;
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  World world;
-  scenes::Objects objects;
-};
 
 using StockWorld = WorldOf<btDiscreteDynamicsWorld>;
 using GpuWorld = WorldOf<btGpuDynamicsWorld>;

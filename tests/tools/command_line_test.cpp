@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "samples/scenes/scene.h"
 #include "tests/support/subprocess.h"
+#include "tests/support/world_of.h"
 
 namespace btgpu::test {
 namespace {
@@ -56,17 +56,9 @@ void expectBadInput(const Finished& run, const std::vector<std::string>& parts) 
 
 // A .bullet file of a float world with these contents.
 void writeWorld(const std::string& path, const std::function<void(scenes::Objects&)>& fill) {
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  scenes::Objects objects(world);
-  fill(objects);
-  btDefaultSerializer serializer;
-  world.serialize(&serializer);
-  writeFile(path, std::string(reinterpret_cast<const char*>(serializer.getBufferPointer()),
-                              static_cast<size_t>(serializer.getCurrentBufferSize())));
+  WorldOf<btDiscreteDynamicsWorld> run;
+  fill(run.objects);
+  writeFile(path, serialized(run.world));
 }
 
 TEST(CommandLine, InfoNamesTheDevices) {
