@@ -4,7 +4,9 @@
 # Installs what is missing, builds, and runs the tests.
 #   scripts/test.sh               the tests that every change must pass
 #   scripts/test.sh --with-slice  and one item of the long list, another one each day (what CI does)
-#   scripts/test.sh --long        the whole long list; resumable: items that passed for this commit are not run again
+#   scripts/test.sh --long [ITEM...]
+#                                 the whole long list, or some of it; resumable: items that passed for this commit are
+#                                 not run again
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -68,21 +70,29 @@ run_item() {  # NAME
   echo "== long: $1 passed in $((SECONDS - start)) s"
 }
 
-run_long() {
+# The log keeps one line an item: the commit that it last passed at.
+run_long() {  # [ITEM...]
   scripts/setup.sh
-  local state="build/long-$(git rev-parse --short HEAD)" log="benchmarks/results/test-long.log"
+  local commit state log="benchmarks/results/test-long.log" item
+  commit=$(git rev-parse --short HEAD) state="build/long-$commit"
   mkdir -p "$state" benchmarks/results
-  [ -n "$(ls "$state")" ] || : >"$log"
-  for item in "${long_items[@]}"; do
+  touch "$log"
+  for item in "$@"; do
     [ -e "$state/$item" ] && continue
     run_item "$item" 2>&1 | tee "$state/$item.log"
-    { echo "$(git rev-parse --short HEAD), $(nproc) cores"; grep -E '^== long|tests passed|tests failed' "$state/$item.log"; } >>"$log"
+    local counted
+    counted=$(grep -E 'tests passed|tests failed' "$state/$item.log" || true)
+    sed -i "/^$item at /d" "$log"
+    echo "$item at $commit, $(nproc) cores: $(tail -n 1 "$state/$item.log" | sed 's/^== long: [a-z_]* //')${counted:+; $counted}" >>"$log"
     touch "$state/$item"
   done
 }
 
 case "$mode" in
-  --long) run_long ;;
+  --long)
+    shift
+    run_long "${@:-${long_items[@]}}"
+    ;;
   --with-slice)
     run_short
     run_item "${slices[$(($(date +%s) / 86400 % ${#slices[@]}))]}"
