@@ -11,4 +11,7 @@ endif()
 if(BTGPU_SANITIZE)
   target_compile_options(btgpu_flags INTERFACE -fsanitize=${BTGPU_SANITIZE} -fno-omit-frame-pointer)
   target_link_options(btgpu_flags INTERFACE -fsanitize=${BTGPU_SANITIZE})
+  if(BTGPU_SANITIZE MATCHES thread)
+    target_compile_definitions(btgpu_flags INTERFACE BTGPU_STD_THREADS)  # Debian's oneTBB is not instrumented
+  endif()
 endif()

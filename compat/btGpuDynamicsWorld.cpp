@@ -55,7 +55,7 @@ void loseEngine(WorldState& state) {
   sayOnce(state.engineError);
   state.engine.reset();
   state.statistics.m_device.clear();
-  state.reader.clear();
+  state.forgetWorld();
 }
 
 // Something of the application threw in the middle of a step. The device may have gone on by a step that
@@ -63,12 +63,12 @@ void loseEngine(WorldState& state) {
 void abandonStep(WorldState& state) {
   state.engine->finishStep(state.results);
   state.engine->reset();
-  state.reader.clear();
+  state.forgetWorld();
   state.lastPath = Path::None;
 }
 
-// Contacts of the stock path, or of the application's own call of performDiscreteCollisionDetection, are the
-// device's business now: left in the dispatcher they would go stale.
+// The application does not want to see contacts: those of the stock path, or of its own call of
+// performDiscreteCollisionDetection, would go stale in the dispatcher.
 void releaseStockManifolds(btCollisionWorld& world) {
   if (world.getDispatcher()->getNumManifolds() == 0) return;
   btOverlappingPairCache& cache = *world.getPairCache();
@@ -174,7 +174,7 @@ void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSetting
   if (sameEngine && state->engine) return;
   state->engine.reset();
   state->engineError.clear();
-  state->reader.clear();
+  state->forgetWorld();
   if (state->lastPath == Path::Device) state->lastPath = Path::None;
 }
 
@@ -238,9 +238,13 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     input.replaceManifolds = true;
     input.manifolds = btgpu::readManifolds(*getDispatcher(), state->reader);
     releasePredictiveContacts();
+    state->contacts.forget();
   }
-  releaseStockManifolds(*this);
+  const bool contacts = state->settings.m_contacts;
+  if (!contacts) releaseStockManifolds(*this);
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
+  settings.contacts = contacts;
+  settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
   settings.keepContacts = state->settings.m_keepContacts;
   getSolverInfo().m_timeStep = timeStep;
@@ -266,6 +270,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     state->fallbacks.addStep(missing);
     return false;
   }
+  if (contacts) state->contacts.write(*this, state->reader, state->results, !state->settings.m_hostQueries);
   btgpu::writeBackBodies(state->reader, state->results, timeStep);
   state->reader.acceptResults(state->results);
   keepStatistics(*state);
@@ -288,7 +293,7 @@ void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
 
 void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
   const auto state = btgpu::findState(this);
-  if (state->lastPath == Path::Device && state->engine) {
+  if (state->lastPath == Path::Device && state->engine && !state->settings.m_contacts) {
     // The contacts come along, so that the stack does not lose its warm start.
     std::vector<btgpu::Manifold> manifolds;
     btgpu::FallbackList ignored;

@@ -23,6 +23,9 @@ struct btGpuSettings {
   /// Keeps the host's broadphase current, so that ray tests, sweeps and ghost objects answer as in stock.
   /// Turned off, these see the poses of the last step on the stock path.
   bool m_hostQueries = true;
+  /// Keeps the contact manifolds in the dispatcher current: points, impulses and lifetimes, with the same
+  /// btPersistentManifold as long as a pair lives. Turned off, the dispatcher has none, and their transfer is saved.
+  bool m_contacts = true;
   /// Runs everything on Bullet's own CPU path.
   bool m_stockOnly = false;
   /// Times each stage of the step by device events; slows the step.

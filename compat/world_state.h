@@ -9,6 +9,7 @@
 
 #include "../gpu_engine/engine.h"
 #include "../translation/fallback_list.h"
+#include "../translation/contact_writer.h"
 #include "../translation/read_world.h"
 #include "btGpuDynamicsWorld.h"
 
@@ -20,10 +21,18 @@ struct WorldState {
   btGpuSettings settings;
   const void* ownTable = nullptr;  // virtual table of btGpuDynamicsWorld itself
   WorldReader reader;
+  ContactWriter contacts;
   std::unique_ptr<Engine> engine;
   std::string engineError;  // why there is no engine; it is not tried again until configure()
   StepResults results;      // of the last device step
   Path lastPath = Path::None;
+
+  // The next step reads the whole world anew.
+  void forgetWorld() {
+    reader.clear();
+    contacts.forget();
+  }
+
   FallbackList fallbacks;
   btGpuStatistics statistics;
 };

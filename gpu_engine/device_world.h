@@ -9,9 +9,6 @@
 
 namespace btgpu {
 
-// Key of a pair, by which manifolds are found again: lower body index << 32 | higher one.
-inline ulong pairKeyOf(uint a, uint b) { return static_cast<ulong>(a < b ? a : b) << 32 | (a < b ? b : a); }
-
 // How much room there is for what a step finds out on the device. Grown when a step overflows.
 struct Capacities {
   size_t bodies = 0;

@@ -28,7 +28,8 @@ Pipeline::Pipeline(ComputeDevice& device)
       m_prepareContacts(device),
       m_solveVelocities(device),
       m_integratePoses(device),
-      m_updateActivation(device) {}
+      m_updateActivation(device),
+      m_gatherContacts(device) {}
 
 void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits) {
   const bool boxes = traits.shapeTypes >> SHAPE_BOX & 1u;
@@ -47,6 +48,7 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   m_solveVelocities.enqueue(queue, world, settings, traits.torsionRows);  // 70
   m_integratePoses.enqueue(queue, world);                                 // 80
   m_updateActivation.enqueue(queue, world);                               // 90
+  if (settings.contacts) m_gatherContacts.enqueue(queue, world, settings.allContacts);  // 95
 }
 
 }  // namespace btgpu

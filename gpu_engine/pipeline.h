@@ -17,6 +17,7 @@
 #include "stages/70_solve_velocities.h"
 #include "stages/80_integrate_poses.h"
 #include "stages/90_update_activation.h"
+#include "stages/95_gather_contacts.h"
 
 namespace btgpu {
 
@@ -33,6 +34,10 @@ class Pipeline {
  public:
   explicit Pipeline(ComputeDevice& device);
   void enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits);
+  // After a step that succeeded: brings the contacts that its counters tell of.
+  void enqueueContactReads(Queue& queue, DeviceWorld& world, StepResults& results) {
+    m_gatherContacts.enqueueReads(queue, world, results);
+  }
 
  private:
   ApplyForces m_applyForces;
@@ -49,6 +54,7 @@ class Pipeline {
   SolveVelocities m_solveVelocities;
   IntegratePoses m_integratePoses;
   UpdateActivation m_updateActivation;
+  GatherContacts m_gatherContacts;
 };
 
 }  // namespace btgpu

@@ -23,6 +23,11 @@ struct StepResults {
   std::vector<Manifold> matchedManifolds;  // as the solver got them, impulses of the last step
   std::vector<Manifold> manifolds;         // after the step
 
+  // With StepSettings::contacts: the manifolds that have points, in the order of the pairs. A carried one, between two
+  // bodies that were not active (CONTACT_CARRIED in its key), is the same as after the last step and not sent again.
+  std::vector<ulong> contactKeys;  // pairKeyOf(its bodies), ascending
+  std::vector<Manifold> contacts;  // those not carried, in the same order; impulses of this step
+
   StepCounters counters{};
   int redos = 0;     // how often the step was repeated because an array was too small
   int launches = 0;  // kernels launched

@@ -28,6 +28,8 @@ struct StepSettings {
   bool forceUpdateAllAabbs = true;            // btCollisionWorld::getForceUpdateAllAabbs
   bool wakeByContact = false;   // m_deterministicOverlappingPairs: kinematic bodies wake only what they touch
   bool hostActivation = false;  // the host advances the sleep timers after the step (a world with actions)
+  bool contacts = false;        // StepResults::contactKeys and ::contacts are wanted
+  bool allContacts = false;     // ... with those that did not change since the last step
   bool keepContacts = false;    // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
 };
 

@@ -117,6 +117,12 @@ void WorldEngine::finish(StepResults& results) {
 }
 
 void WorldEngine::readContacts(StepResults& results) {
+  results.contactKeys.clear();
+  results.contacts.clear();
+  if (m_settings.contacts && m_world->bodyCount > 0) {
+    m_pipeline.enqueueContactReads(m_queue, *m_world, results);
+    m_queue.finish();
+  }
   results.matchedManifolds.clear();
   results.manifolds.clear();
   if (!m_settings.keepContacts) return;

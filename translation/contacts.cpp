@@ -55,7 +55,8 @@ void writeContactPoint(const ContactPoint& c, const btTransform& a, const btTran
   p.m_combinedContactStiffness1 = btScalar(c.combinedStiffness);
   p.m_combinedContactDamping1 = btScalar(c.combinedDamping);
   p.m_lifeTime = c.lifeTime;
-  p.m_contactPointFlags = c.flags;
+  p.m_contactPointFlags = c.flags & POINT_BULLET_FLAGS;
+  p.m_partId0 = p.m_partId1 = p.m_index0 = p.m_index1 = -1;
 }
 
 std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader) {

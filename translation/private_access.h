@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Read access to the private members of btRigidBody that have no getter. The language lets an explicit template
-// instantiation name a private member; nothing is changed through it, and a renamed member does not compile.
+// Access to private members of Bullet's classes that have no getter. The language lets an explicit template
+// instantiation name a private member, and a renamed member does not compile. btRigidBody's are only read.
 #pragma once
+
+#include <BulletCollision/CollisionDispatch/btBoxBoxCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btConvexPlaneCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btSphereSphereCollisionAlgorithm.h>
 
 #include "bullet.h"
 
@@ -13,17 +18,27 @@ struct ExposeMember {
   friend typename Tag::Type memberPointer(Tag) { return Member; }
 };
 
-#define BTGPU_EXPOSE(Name, MemberType, Member) \
-  struct Name {                                \
-    using Type = MemberType btRigidBody::*;    \
-    friend Type memberPointer(Name);           \
-  };                                           \
-  template struct ExposeMember<Name, &btRigidBody::Member>;
+#define BTGPU_EXPOSE(Name, Class, MemberType, Member) \
+  struct Name {                                       \
+    using Type = MemberType Class::*;                 \
+    friend Type memberPointer(Name);                  \
+  };                                                  \
+  template struct ExposeMember<Name, &Class::Member>;
 
-BTGPU_EXPOSE(AdditionalDamping, bool, m_additionalDamping)
-BTGPU_EXPOSE(AdditionalDampingFactor, btScalar, m_additionalDampingFactor)
-BTGPU_EXPOSE(AdditionalLinearThresholdSqr, btScalar, m_additionalLinearDampingThresholdSqr)
-BTGPU_EXPOSE(AdditionalAngularThresholdSqr, btScalar, m_additionalAngularDampingThresholdSqr)
+BTGPU_EXPOSE(AdditionalDamping, btRigidBody, bool, m_additionalDamping)
+BTGPU_EXPOSE(AdditionalDampingFactor, btRigidBody, btScalar, m_additionalDampingFactor)
+BTGPU_EXPOSE(AdditionalLinearThresholdSqr, btRigidBody, btScalar, m_additionalLinearDampingThresholdSqr)
+BTGPU_EXPOSE(AdditionalAngularThresholdSqr, btRigidBody, btScalar, m_additionalAngularDampingThresholdSqr)
+
+// The manifold of an algorithm, and whether the algorithm releases it.
+BTGPU_EXPOSE(BoxBoxManifold, btBoxBoxCollisionAlgorithm, btPersistentManifold*, m_manifoldPtr)
+BTGPU_EXPOSE(BoxBoxOwns, btBoxBoxCollisionAlgorithm, bool, m_ownManifold)
+BTGPU_EXPOSE(SphereSphereManifold, btSphereSphereCollisionAlgorithm, btPersistentManifold*, m_manifoldPtr)
+BTGPU_EXPOSE(SphereSphereOwns, btSphereSphereCollisionAlgorithm, bool, m_ownManifold)
+BTGPU_EXPOSE(ConvexPlaneManifold, btConvexPlaneCollisionAlgorithm, btPersistentManifold*, m_manifoldPtr)
+BTGPU_EXPOSE(ConvexPlaneOwns, btConvexPlaneCollisionAlgorithm, bool, m_ownManifold)
+BTGPU_EXPOSE(ConvexConvexManifold, btConvexConvexAlgorithm, btPersistentManifold*, m_manifoldPtr)
+BTGPU_EXPOSE(ConvexConvexOwns, btConvexConvexAlgorithm, bool, m_ownManifold)
 
 #undef BTGPU_EXPOSE
 

@@ -98,8 +98,6 @@ void checkCallbacks(btDiscreteDynamicsWorld& world, FallbackList& missing) {
     missing.add("overlap filter callback", "called on the stock path only");
   }
   if (gContactProcessedCallback) missing.add("gContactProcessedCallback", "called on the stock path only");
-  if (gContactStartedCallback) missing.add("gContactStartedCallback", "called on the stock path only");
-  if (gContactEndedCallback) missing.add("gContactEndedCallback", "called on the stock path only");
   if (gCalculateCombinedFrictionCallback != &btManifoldResult::calculateCombinedFriction ||
       gCalculateCombinedRestitutionCallback != &btManifoldResult::calculateCombinedRestitution ||
       gCalculateCombinedRollingFrictionCallback != &btManifoldResult::calculateCombinedRollingFriction ||

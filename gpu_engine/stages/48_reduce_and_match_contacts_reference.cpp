@@ -109,6 +109,7 @@ void addPoint(Manifold& m, ContactPoint p) {
     p.localPointB.w = old.localPointB.w;
     p.normalWorldOnB.w = old.normalWorldOnB.w;
     p.lateralFrictionDir1.w = old.lateralFrictionDir1.w;
+    p.flags |= old.flags & POINT_ORIGIN;
     m.points[match] = p;
   } else if (m.pointCount < MANIFOLD_POINTS) {
     m.points[m.pointCount++] = p;
@@ -203,6 +204,10 @@ std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs, con
     // new.
     const bool persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
     if (!persistent) result.pointCount = 0;
+    for (int k = 0; k < result.pointCount; ++k) {
+      int& flags = result.points[k].flags;
+      flags = flags % (1 << POINT_ORIGIN_SHIFT) + (k + 1) * (1 << POINT_ORIGIN_SHIFT);
+    }
     const RawContacts raw = reduceContactsReference(contacts[i]);
     for (int k = 0; k < raw.count; ++k) addPoint(result, makePoint(raw, k, a, b, bFromA));
     if (persistent) refresh(result, a, b, bFromA);

@@ -124,6 +124,13 @@ LIB int pointToReplace(const Manifold* m, const ContactPoint* p) {
   return best;
 }
 
+// Notes in each point which one it is, before points come and go.
+LIB void numberPoints(REF(Manifold) m) {
+  for (int i = 0; i < m->pointCount; ++i) {
+    m->points[i].flags = (m->points[i].flags & POINT_BULLET_FLAGS) | ((i + 1) << POINT_ORIGIN_SHIFT);
+  }
+}
+
 // Adds a point, keeping impulses and age of the one it matches.
 LIB void addPoint(REF(Manifold) m, ContactPoint p) {
   if (p.localPointA.w > m->breakingThreshold) return;
@@ -134,6 +141,7 @@ LIB void addPoint(REF(Manifold) m, ContactPoint p) {
     p.normalWorldOnB = withW(p.normalWorldOnB, old.normalWorldOnB.w);
     p.lateralFrictionDir1 = withW(p.lateralFrictionDir1, old.lateralFrictionDir1.w);
     p.lifeTime = old.lifeTime;
+    p.flags |= old.flags & POINT_ORIGIN;
     m->points[match] = p;
   } else if (m->pointCount < MANIFOLD_POINTS) {
     m->points[m->pointCount] = p;

@@ -11,6 +11,9 @@ BTGPU_BEGIN
 #define MANIFOLD_POINTS 4  // as Bullet's MANIFOLD_CACHE_SIZE
 #define RAW_POINTS 8       // a rectangle clipped by a rectangle has at most 8 corners
 
+// Key of a pair, by which it is sorted and its manifold found again: lower body index << 32 | higher one.
+LIB ulong pairKeyOf(uint a, uint b) { return ((ulong)(a < b ? a : b) << 32) | (a < b ? b : a); }
+
 // One pair of bodies whose AABBs overlap. Pairs are sorted by (lower body index, higher body index).
 STRUCT(Pair) {
   uint bodyA, bodyB;  // manifold order: A has the lower proxy id, but a plane is always B
@@ -36,6 +39,14 @@ STRUCT(RawContacts) {
 // Bits of ContactPoint.flags: Bullet's btContactPointFlags.
 #define POINT_LATERAL_FRICTION_INITIALIZED 1
 #define POINT_STIFFNESS_DAMPING 8
+// Above Bullet's bits: 1 + the index that the point had in the manifold of the last step, 0 for a new point. The host
+// needs it for what Bullet keeps in a point and the device does not know (btManifoldPoint::m_userPersistentData).
+#define POINT_BULLET_FLAGS 0x00ffffff
+#define POINT_ORIGIN_SHIFT 24
+#define POINT_ORIGIN (7 << POINT_ORIGIN_SHIFT)
+
+// Bit of StepResults::contactKeys, above the pair's key: neither body was active, the manifold is that of the last step.
+#define CONTACT_CARRIED (1UL << 63)
 
 // The persistent part of btManifoldPoint.
 STRUCT(ContactPoint) {

@@ -58,7 +58,9 @@ STRUCT(StepCounters) {
   uint quarantined;       // bodies put into quarantine in this step
   uint boxOverlaps;       // box pairs that the separating axis test let through
   uint outOfBounds;       // bodies disabled because their AABB is too large
-  uint unused[4];
+  uint touchingCount;     // manifolds with points, if the host wants contacts
+  uint freshCount;        // of these, not carried over from the last step
+  uint unused[2];
 };
 
 BTGPU_END

@@ -88,7 +88,7 @@
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \
     FIELD(StepCounters, uncoloured) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
     FIELD(StepCounters, quarantined) FIELD(StepCounters, boxOverlaps) FIELD(StepCounters, outOfBounds)      \
-    FIELD(StepCounters, unused)
+    FIELD(StepCounters, touchingCount) FIELD(StepCounters, freshCount) FIELD(StepCounters, unused)
 // clang-format on
 
 #endif

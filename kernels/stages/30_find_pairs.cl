@@ -8,6 +8,7 @@
 #include "../lib/bounds.h"
 #include "../lib/group_scan.h"
 #include "../shared/bvh.h"
+#include "../shared/contact.h"
 
 // ---- bounds of the centres, in two launches ------------------------------------------------------------------
 
@@ -94,8 +95,6 @@ KERNEL bvhLevel(uint level, __constant BvhLevels* levels, __global Aabb* nodes) 
 
 // ---- traversal -----------------------------------------------------------------------------------------------
 
-static ulong pairKey(uint a, uint b) { return ((ulong)min(a, b) << 32) | max(a, b); }
-
 // Visits the sorted bodies behind `position` whose AABB overlaps its own. Returns how many pass the filters;
 // writes their keys to out[0..) unless out is null.
 static uint visitPairs(uint position, __constant BvhLevels* levels, __global const Aabb* nodes,
@@ -118,7 +117,7 @@ static uint visitPairs(uint position, __constant BvhLevels* levels, __global con
       }
       const uint other = order[node];
       if (filtersMatch(info, infos[other])) {
-        if (out) out[found] = pairKey(self, other);
+        if (out) out[found] = pairKeyOf(self, other);
         ++found;
       }
     }

@@ -55,6 +55,7 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
       // Bullet's sphere-sphere algorithm keeps nothing from step to step, impulses neither.
       const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
       if (!persistent) m.pointCount = 0;
+      numberPoints(&m);
       const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
       const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
       const float4 bFromA = b.position - a.position;

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include "../device_world.h"
+#include "../primitives/primitives.h"
+#include "../step_results.h"
+
+namespace btgpu {
+
+// The contacts that the host wants to see (StepSettings::contacts): those with points, in pair order. Reads keys and
+// manifolds. In two halves, since only the counters of the finished step tell how many there are.
+class GatherContacts {
+ public:
+  explicit GatherContacts(ComputeDevice& device);
+  // Within the step: selects them, and counts them in StepCounters::touchingCount and ::freshCount. all: carried ones
+  // are sent too, and not marked.
+  void enqueue(Queue& queue, DeviceWorld& world, bool all);
+  // After it: brings results.contactKeys and results.contacts, without waiting.
+  void enqueueReads(Queue& queue, DeviceWorld& world, StepResults& results);
+
+ private:
+  Kernel m_mark, m_count, m_gatherKeys, m_gather;
+  Compact m_compact;
+  DeviceArray<uint> m_touchingFlags{"touching flags"}, m_freshFlags{"fresh flags"};
+  DeviceArray<uint> m_touching{"touching manifolds"}, m_fresh{"fresh manifolds"};
+  DeviceArray<uint> m_touchingCount{"touching count"}, m_freshCount{"fresh count"};
+  DeviceArray<ulong> m_keys{"contact keys"};
+  DeviceArray<Manifold> m_contacts{"contacts"};
+  bool m_all = false;
+};
+
+}  // namespace btgpu

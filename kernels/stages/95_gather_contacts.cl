@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// What the host needs to keep its dispatcher's manifolds current: the keys of all manifolds with points, and those
+// manifolds themselves that are not carried over from the last step. Both in pair order.
+#include "../lib/kernel.h"
+#include "../shared/contact.h"
+#include "../shared/shape.h"
+
+static int isTouching(__global const Manifold* m) { return m->pointCount > 0; }
+
+// all: also the manifolds that are carried over.
+KERNEL markContacts(uint pairCapacity, uint all, __global const StepCounters* counters, __global const Manifold* manifolds,
+                    __global uint* touching, __global uint* fresh) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
+    touching[i] = isTouching(&manifolds[i]);
+    fresh[i] = isTouching(&manifolds[i]) && (all || manifolds[i].bucket != BUCKET_CARRY);
+  }
+}
+
+SINGLE_KERNEL countContacts(__global const uint* touchingCount, __global const uint* freshCount,
+                            __global StepCounters* counters) {
+  if (counters->overflow) return;
+  counters->touchingCount = *touchingCount;
+  counters->freshCount = *freshCount;
+}
+
+KERNEL gatherContactKeys(uint count, uint all, __global const uint* touching, __global const ulong* keys,
+                         __global const Manifold* manifolds, __global ulong* contactKeys) {
+  FOR_EACH(k, count) {
+    const uint i = touching[k];
+    contactKeys[k] = keys[i] | (!all && manifolds[i].bucket == BUCKET_CARRY ? CONTACT_CARRIED : 0UL);
+  }
+}
+
+KERNEL gatherContacts(uint count, __global const uint* fresh, __global const Manifold* manifolds,
+                      __global Manifold* contacts) {
+  FOR_EACH(k, count) contacts[k] = manifolds[fresh[k]];
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "contact_writer.h"
+
+#include <algorithm>
+#include <mutex>
+
+#include "contacts.h"
+#include "parallel.h"
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+constexpr std::size_t kGrain = 256;
+
+btBroadphasePair* pairOf(btDiscreteDynamicsWorld& world, const WorldReader& reader, ulong key) {
+  btCollisionObject* low = reader.slots()[static_cast<std::uint32_t>(key >> 32)].object;
+  btCollisionObject* high = reader.slots()[static_cast<std::uint32_t>(key)].object;
+  btBroadphaseProxy *a = low->getBroadphaseHandle(), *b = high->getBroadphaseHandle();
+  if (!a || !b) return nullptr;
+  btOverlappingPairCache& cache = *world.getPairCache();
+  btBroadphasePair* pair = cache.findPair(a, b);
+  // The host's broadphase may be behind (btGpuSettings::m_hostQueries off).
+  return pair ? pair : cache.addOverlappingPair(a, b);
+}
+
+bool hasUserData(btPersistentManifold& manifold) {
+  for (int k = 0; k < manifold.getNumContacts(); ++k) {
+    if (manifold.getContactPoint(k).m_userPersistentData) return true;
+  }
+  return false;
+}
+
+// What Bullet keeps in a point and the device does not know follows the point to its new index; points that are gone
+// are reported to gContactDestroyedCallback.
+void carryUserData(const Manifold& from, btPersistentManifold& manifold) {
+  void* before[MANIFOLD_POINTS] = {};
+  const int count = manifold.getNumContacts();
+  for (int k = 0; k < count; ++k) std::swap(before[k], manifold.getContactPoint(k).m_userPersistentData);
+  void* after[MANIFOLD_POINTS] = {};
+  for (int k = 0; k < from.pointCount; ++k) {
+    const int origin = ((from.points[k].flags & POINT_ORIGIN) >> POINT_ORIGIN_SHIFT) - 1;
+    if (origin >= 0 && origin < count) std::swap(after[k], before[origin]);
+  }
+  for (int k = 0; k < count; ++k) {
+    if (!before[k]) continue;
+    manifold.getContactPoint(k).m_userPersistentData = before[k];
+    manifold.clearUserCache(manifold.getContactPoint(k));
+    manifold.getContactPoint(k).m_userPersistentData = nullptr;
+  }
+  manifold.setNumContacts(from.pointCount);
+  for (int k = 0; k < from.pointCount; ++k) manifold.getContactPoint(k).m_userPersistentData = after[k];
+}
+
+void fill(const Manifold& from, btPersistentManifold& manifold) {
+  manifold.setNumContacts(from.pointCount);
+  const btTransform& a = manifold.getBody0()->getWorldTransform();
+  const btTransform& b = manifold.getBody1()->getWorldTransform();
+  for (int k = 0; k < from.pointCount; ++k) writeContactPoint(from.points[k], a, b, manifold.getContactPoint(k));
+  manifold.setContactBreakingThreshold(btScalar(from.breakingThreshold));
+  manifold.setContactProcessingThreshold(btScalar(from.processingThreshold));
+}
+
+}  // namespace
+
+void ContactWriter::write(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results,
+                          bool dropParted) {
+  // Manifolds that others made: a step on the stock path, or the application's own performDiscreteCollisionDetection.
+  if (!m_known || static_cast<std::size_t>(world.getDispatcher()->getNumManifolds()) != m_registry->alive()) {
+    takeOver(world, reader);
+  }
+  merge(world, reader, results);
+  m_registry->reclaim();
+  update(reader, results);
+  if (dropParted) removeParted(world, reader);
+}
+
+void ContactWriter::takeOver(btDiscreteDynamicsWorld& world, const WorldReader& reader) {
+  m_known = true;
+  m_entries.clear();
+  m_registry->reclaim();
+  btOverlappingPairCache& cache = *world.getPairCache();
+  btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
+  for (int i = 0; i < pairs.size(); ++i) {
+    btBroadphasePair& pair = pairs[i];
+    if (!pair.m_algorithm) continue;
+    const std::uint32_t a = reader.findSlot(static_cast<btCollisionObject*>(pair.m_pProxy0->m_clientObject));
+    const std::uint32_t b = reader.findSlot(static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject));
+    if (a == kNoSlot || b == kNoSlot) continue;
+    if (auto* ours = DeviceContactAlgorithm::of(pair, *world.getDispatcher(), m_registry)) {
+      m_entries.push_back({pairKeyOf(a, b), ours->handle(), kGone});
+    }
+  }
+  std::sort(m_entries.begin(), m_entries.end(), [](const Entry& x, const Entry& y) { return x.key < y.key; });
+}
+
+// Both lists are sorted by key. Entries stay while their manifold lives, whether it has points or not.
+void ContactWriter::merge(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results) {
+  m_next.clear();
+  std::size_t known = 0;
+  std::uint32_t fresh = 0;
+  const auto keepUntil = [&](ulong key) {
+    for (; known < m_entries.size() && m_entries[known].key < key; ++known) {
+      if (m_registry->at(m_entries[known].handle))
+        m_next.push_back({m_entries[known].key, m_entries[known].handle, kGone});
+    }
+  };
+  for (const ulong marked : results.contactKeys) {
+    const ulong key = marked & ~CONTACT_CARRIED;
+    const std::uint32_t contact = marked & CONTACT_CARRIED ? kCarried : fresh++;
+    keepUntil(key);
+    if (known < m_entries.size() && m_entries[known].key == key) {
+      const Entry entry = m_entries[known++];
+      if (m_registry->at(entry.handle)) {
+        m_next.push_back({key, entry.handle, contact});
+        continue;
+      }
+    }
+    append(world, reader, key, contact);
+  }
+  keepUntil(~ulong{0});
+  std::swap(m_entries, m_next);
+}
+
+void ContactWriter::append(btDiscreteDynamicsWorld& world, const WorldReader& reader, ulong key,
+                           std::uint32_t contact) {
+  if (contact == kCarried) return;  // emptied by the application while asleep: comes back when it wakes, as in stock
+  btBroadphasePair* pair = pairOf(world, reader, key);
+  auto* algorithm = pair ? DeviceContactAlgorithm::of(*pair, *world.getDispatcher(), m_registry) : nullptr;
+  if (algorithm) m_next.push_back({key, algorithm->handle(), contact});
+}
+
+namespace {
+
+// Something of the application's is to be called, or kept: for the caller's thread.
+bool isSpecial(btPersistentManifold& manifold, bool touching) {
+  const bool changes = (manifold.getNumContacts() > 0) != touching;
+  return (changes && (touching ? gContactStartedCallback : gContactEndedCallback)) || hasUserData(manifold);
+}
+
+void fillFrom(const Manifold& from, const WorldReader& reader, btPersistentManifold& manifold) {
+  manifold.setBodies(reader.slots()[from.bodyA].object, reader.slots()[from.bodyB].object);
+  fill(from, manifold);
+}
+
+}  // namespace
+
+void ContactWriter::update(const WorldReader& reader, const StepResults& results) {
+  std::mutex mutex;
+  std::vector<const Entry*> special;
+  parallelFor(m_entries.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Entry& entry = m_entries[i];
+      if (entry.contact == kCarried) continue;
+      btPersistentManifold& manifold = *m_registry->at(entry.handle);
+      const bool touching = entry.contact != kGone;
+      if (isSpecial(manifold, touching)) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        special.push_back(&entry);
+      } else if (touching) {
+        fillFrom(results.contacts[entry.contact], reader, manifold);
+      } else {
+        manifold.setNumContacts(0);
+      }
+    }
+  });
+  std::sort(special.begin(), special.end());
+  for (const Entry* entry : special) updateSpecial(reader, results, *entry);
+}
+
+void ContactWriter::updateSpecial(const WorldReader& reader, const StepResults& results, const Entry& entry) {
+  btPersistentManifold* manifold = m_registry->at(entry.handle);
+  if (!manifold) return;  // a callback before this one took the pair away
+  if (entry.contact == kGone) {
+    manifold->clearManifold();
+    return;
+  }
+  const bool started = manifold->getNumContacts() == 0;
+  carryUserData(results.contacts[entry.contact], *manifold);
+  fillFrom(results.contacts[entry.contact], reader, *manifold);
+  if (started && gContactStartedCallback) gContactStartedCallback(manifold);
+}
+
+void ContactWriter::removeParted(btDiscreteDynamicsWorld& world, const WorldReader& reader) {
+  for (const Entry& entry : m_entries) {
+    if (entry.contact != kGone || !m_registry->at(entry.handle)) continue;
+    const auto* low = reader.slots()[static_cast<std::uint32_t>(entry.key >> 32)].object;
+    const auto* high = reader.slots()[static_cast<std::uint32_t>(entry.key)].object;
+    world.getPairCache()->removeOverlappingPair(const_cast<btBroadphaseProxy*>(low->getBroadphaseHandle()),
+                                                const_cast<btBroadphaseProxy*>(high->getBroadphaseHandle()),
+                                                world.getDispatcher());
+  }
+}
+
+BTGPU_TRANSLATION_END
