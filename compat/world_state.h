@@ -9,6 +9,7 @@
 
 #include "../gpu_engine/engine.h"
 #include "../translation/fallback_list.h"
+#include "../translation/read_joints.h"
 #include "../translation/read_world.h"
 #include "btGpuDynamicsWorld.h"
 
@@ -20,6 +21,7 @@ struct WorldState {
   btGpuSettings settings;
   const void* ownTable = nullptr;  // virtual table of btGpuDynamicsWorld itself
   WorldReader reader;
+  JointReader joints;
   std::unique_ptr<Engine> engine;
   std::string engineError;  // why there is no engine; it is not tried again until configure()
   StepResults results;      // of the last device step

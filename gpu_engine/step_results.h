@@ -23,6 +23,10 @@ struct StepResults {
   std::vector<Manifold> matchedManifolds;  // as the solver got them, impulses of the last step
   std::vector<Manifold> manifolds;         // after the step
 
+  // As WorldInput::joints and ::jointRows.
+  std::vector<uint> jointSolved;     // 1 where the joint's island was awake: its impulses are new
+  std::vector<float> jointImpulses;  // impulse of each row
+
   StepCounters counters{};
   int redos = 0;     // how often the step was repeated because an array was too small
   int launches = 0;  // kernels launched
