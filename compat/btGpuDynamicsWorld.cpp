@@ -13,6 +13,7 @@
 #include "../translation/read_settings.h"
 #include "../translation/support_check.h"
 #include "../translation/write_back_bodies.h"
+#include "../translation/write_back_joints.h"
 #include "engine_loader.h"
 #include "world_state.h"
 
@@ -76,6 +77,12 @@ void releaseStockManifolds(btCollisionWorld& world) {
   for (int i = 0; i < pairs.size(); ++i) cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
 }
 
+// What of a device step ran on the CPU.
+void reportShares(WorldState& state, int actions) {
+  if (!state.joints.constraints().empty()) state.fallbacks.addShare("joints", "rows by the CPU");
+  if (actions > 0) state.fallbacks.addShare("actions", "called on the CPU, after the device's part of the step");
+}
+
 void keepStatistics(WorldState& state) {
   const btgpu::StepCounters& c = state.results.counters;
   btGpuStatistics& s = state.statistics;
@@ -88,7 +95,7 @@ void keepStatistics(WorldState& state) {
   s.m_launches = state.results.launches;
   s.m_waits = state.results.waits;
   if (c.quarantined > 0) {
-    state.fallbacks.add("body", "NaN or infinite result: left out until the application gives it a new state",
+    state.fallbacks.addShare("body", "NaN or infinite result: left out until the application gives it a new state",
                         c.quarantined);
   }
 }
@@ -187,7 +194,7 @@ void btGpuDynamicsWorld::addCollisionObject(btCollisionObject* collisionObject, 
 std::vector<btGpuFallback> btGpuDynamicsWorld::fallbackReport() const {
   std::vector<btGpuFallback> report;
   for (const auto& entry : btgpu::findState(this)->fallbacks.entries()) {
-    report.push_back({entry.what, entry.reason, entry.count});
+    report.push_back({entry.what, entry.reason, entry.count, entry.wholeStep});
   }
   return report;
 }
@@ -228,6 +235,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   if (hostPairsFirst) updateHostBroadphase(timeStep);
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
+  if (missing.empty()) state->joints.read(*this, timeStep, state->reader, missing);
   if (!missing.empty()) {
     state->fallbacks.addStep(missing);
     return false;
@@ -271,9 +279,11 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     return false;
   }
   if (contacts) state->contacts.write(*this, state->reader, state->results, !state->settings.m_hostQueries);
+  btgpu::writeBackJoints(*this, state->joints, input, state->results, timeStep);
   btgpu::writeBackBodies(state->reader, state->results, timeStep);
   state->reader.acceptResults(state->results);
   keepStatistics(*state);
+  reportShares(*state, m_actions.size());
   state->lastPath = Path::Device;
   return true;
 }

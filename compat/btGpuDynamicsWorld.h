@@ -40,7 +40,9 @@ struct btGpuSettings {
 struct btGpuFallback {
   std::string m_what;              ///< "joints", "Capsule shape", "constraint solver", ...
   std::string m_reason;            ///< why, in words
-  unsigned long long m_count = 0;  ///< steps that ran on the stock path because of it (quarantine: bodies)
+  unsigned long long m_count = 0;  ///< steps in which it was so (quarantine: bodies)
+  /// True: the whole step ran on the stock path because of it. False: the step ran on the device, and only this on the CPU.
+  bool m_wholeStep = true;
 };
 
 /// Counts since the world was made, and figures of the last step on the device.

@@ -91,6 +91,30 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
 
   uploadBorn(queue, input.born, input.replaceManifolds, oldCount);
   if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
+  uploadJoints(queue, input);
+}
+
+static bool sameBodies(const std::vector<Joint>& a, const std::vector<Joint>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Joint& x, const Joint& y) { return x.bodyA == y.bodyA && x.bodyB == y.bodyB; });
+}
+
+void DeviceWorld::uploadJoints(Queue& queue, const WorldInput& input) {
+  jointCount = static_cast<uint>(input.joints.size());
+  jointIterations = 0;
+  for (const Joint& j : input.joints) {
+    if (j.rowCount > 0) jointIterations = std::max(jointIterations, j.iterations);
+  }
+  if (jointCount == 0) return;
+  joints.copyFromHost(queue, input.joints, false);
+  if (!input.jointRows.empty()) jointRows.copyFromHost(queue, input.jointRows, false);
+  jointEffects.resize(queue, input.jointRows.size());
+  jointImpulses.resize(queue, input.jointRows.size());
+  jointSolved.resize(queue, jointCount);
+  if (sameBodies(input.joints, m_colouredJoints)) return;
+  m_colouredJoints = input.joints;
+  jointColours = colourJoints(input.joints, input.bodyCount);
+  if (!jointColours.order.empty()) jointOrder.copyFromHost(queue, jointColours.order, false);
 }
 
 void DeviceWorld::forgetStaleAabbs(Queue& queue, const WorldInput& input) {

@@ -3,6 +3,7 @@
 // Every array that a world has on the device: what it holds, how long it is, and who writes it.
 #pragma once
 
+#include "joint_colours.h"
 #include "opencl/kernel.h"
 #include "step_settings.h"
 #include "world_input.h"
@@ -64,6 +65,17 @@ struct DeviceWorld {
   DeviceArray<uint> constraints{"constraints"};                  // stage 55: manifolds that are solved, ascending
   DeviceArray<uint> constraintCount{"constraint count"};         // 1; stage 55
 
+  // ---- joints, in the world's order ---------------------------------------------------------------------------------
+  DeviceArray<Joint> joints{"joints"};                    // host
+  DeviceArray<JointRow> jointRows{"joint rows"};          // host
+  DeviceArray<uint> jointOrder{"joint order"};            // host: joints colour by colour
+  DeviceArray<JointEffect> jointEffects{"joint effects"};  // stage 52, by row
+  DeviceArray<float> jointImpulses{"joint impulses"};     // stages 52 and 70, by row
+  DeviceArray<uint> jointSolved{"joints solved"};         // stage 55: 1 where the joint's island is awake
+  uint jointCount = 0;
+  JointColours jointColours;     // of jointOrder
+  int jointIterations = 0;       // most that a joint wants
+
   // ---- one step; length slots, in blocks of BTGPU_LANES -------------------------------------------------------------
   DeviceArray<uint> slotFirst{"slot starts"};           // COLOUR_TABLE; stage 60
   DeviceArray<SlotHeader> slots{"slots"};               // stage 60
@@ -95,6 +107,7 @@ struct DeviceWorld {
 
  private:
   void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
+  void uploadJoints(Queue& queue, const WorldInput& input);
   void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem, size_t oldCount);
 
   // Host copies of uploads that may still be pending.
@@ -102,6 +115,7 @@ struct DeviceWorld {
   std::vector<ulong> m_keys;
   std::vector<Aabb> m_noAabbs;
   bool m_anyBorn = false;
+  std::vector<Joint> m_colouredJoints;
 };
 
 }  // namespace btgpu

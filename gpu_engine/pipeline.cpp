@@ -23,6 +23,7 @@ Pipeline::Pipeline(ComputeDevice& device)
       m_findSeparatingAxis(device),
       m_clipFaces(device),
       m_reduceAndMatchContacts(device),
+      m_prepareJoints(device),
       m_buildIslands(device),
       m_colourConstraints(device),
       m_prepareContacts(device),
@@ -42,6 +43,7 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   if (boxes) m_clipFaces.enqueue(queue, world);                  // 46
   m_reduceAndMatchContacts.enqueue(queue, world);                // 48
   if (settings.keepContacts) world.keepMatchedManifolds(queue);
+  if (world.jointCount > 0) m_prepareJoints.enqueue(queue, world);        // 52
   m_buildIslands.enqueue(queue, world);                                   // 55
   m_colourConstraints.enqueue(queue, world);                              // 60
   m_prepareContacts.enqueue(queue, world);                                // 65

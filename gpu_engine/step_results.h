@@ -27,6 +27,9 @@ struct StepResults {
   // bodies that were not active (CONTACT_CARRIED in its key), is the same as after the last step and not sent again.
   std::vector<ulong> contactKeys;  // pairKeyOf(its bodies), ascending
   std::vector<Manifold> contacts;  // those not carried, in the same order; impulses of this step
+  // As WorldInput::joints and ::jointRows.
+  std::vector<uint> jointSolved;     // 1 where the joint's island was awake: its impulses are new
+  std::vector<float> jointImpulses;  // impulse of each row
 
   StepCounters counters{};
   int redos = 0;     // how often the step was repeated because an array was too small

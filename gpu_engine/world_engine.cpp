@@ -88,6 +88,16 @@ void WorldEngine::enqueueReads(StepResults& results) {
   m_queue.read(m_world->poses.buffer(), 0, n * sizeof(BodyPose), results.poses.data(), false);
   m_queue.read(m_world->velocities.buffer(), 0, n * sizeof(BodyVelocity), results.velocities.data(), false);
   m_queue.read(m_world->activations.buffer(), 0, n * sizeof(BodyActivation), results.activations.data(), false);
+  const auto& w = *m_world;
+  results.jointSolved.resize(w.jointCount);
+  results.jointImpulses.resize(w.jointCount > 0 ? w.jointImpulses.size() : 0);
+  if (w.jointCount > 0) {
+    m_queue.read(w.jointSolved.buffer(), 0, w.jointCount * sizeof(uint), results.jointSolved.data(), false);
+  }
+  if (!results.jointImpulses.empty()) {
+    m_queue.read(w.jointImpulses.buffer(), 0, results.jointImpulses.size() * sizeof(float),
+                 results.jointImpulses.data(), false);
+  }
   m_queue.read(m_world->counters.buffer(), 0, sizeof(StepCounters), &results.counters, false);
 }
 

@@ -9,6 +9,7 @@
 
 #include "../kernels/shared/body.h"
 #include "../kernels/shared/contact.h"
+#include "../kernels/shared/joint.h"
 #include "../kernels/shared/shape.h"
 
 namespace btgpu {
@@ -35,6 +36,10 @@ struct WorldInput {
   std::vector<std::uint32_t> born;  // slots that hold another body than in the last step, ascending
 
   Tracked<Shape> shapes;  // indexed by BodyInfo::shapeIndex
+
+  // All joints in the world's order and their rows, made anew each step from the poses at its start.
+  std::vector<Joint> joints;
+  std::vector<JointRow> jointRows;
 
   // Origin of the region that all positions are relative to, in world coordinates. When it changes, all poses are
   // in poses.changed.

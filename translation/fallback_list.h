@@ -13,18 +13,23 @@ struct FallbackEntry {
   std::string what;         // "cylinder shape", "constraint solver"
   std::string reason;       // why, in words
   std::uint64_t count = 0;  // steps in which it sent the world to the stock path (or bodies, for a quarantine)
+  bool wholeStep = true;    // false: only this ran on the CPU, inside a step of the device
 };
 
 class FallbackList {
  public:
-  void add(const std::string& what, const std::string& reason, std::uint64_t count = 1) {
+  // What ran on the CPU, or not at all, inside a step of the device.
+  void addShare(const std::string& what, const std::string& reason, std::uint64_t count = 1) {
+    add(what, reason, count, false);
+  }
+  void add(const std::string& what, const std::string& reason, std::uint64_t count = 1, bool wholeStep = true) {
     for (auto& entry : m_entries) {
       if (entry.what == what && entry.reason == reason) {
         entry.count += count;
         return;
       }
     }
-    m_entries.push_back({what, reason, count});
+    m_entries.push_back({what, reason, count, wholeStep});
   }
   // Counts each entry of one step's list once.
   void addStep(const FallbackList& step) {

@@ -190,7 +190,7 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   slot.quarantined = !isFiniteBody(record, pose);
   if (slot.quarantined) {
     if (!wasQuarantined)
-      notes.add("body", "NaN or infinite state: left out until the application gives it a finite one");
+      notes.addShare("body", "NaN or infinite state: left out until the application gives it a finite one");
     record.info.flags |= BODY_QUARANTINED;
     update(m_input.infos, i, record.info);
     return;

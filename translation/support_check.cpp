@@ -121,7 +121,6 @@ void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   btSimulationIslandManager& islands = *world.getSimulationIslandManager();
   if (typeid(islands) != typeid(btSimulationIslandManager)) missing.add("island manager", "not Bullet's own");
   if (!islands.getSplitIslands()) missing.add("setSplitIslands(false)", "not on the device");
-  if (world.getNumConstraints() > 0) missing.add("joints", "not on the device yet");
 }
 
 }  // namespace

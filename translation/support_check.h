@@ -8,7 +8,8 @@
 BTGPU_TRANSLATION_BEGIN
 
 // Adds to `missing` everything about the world itself that the device can't do yet: foreign solvers,
-// dispatchers and callbacks, joints, solver modes. Objects are checked while they are read (read_world.h).
+// dispatchers and callbacks, solver modes. Objects are checked while they are read (read_world.h), joints too
+// (read_joints.h).
 void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList& missing);
 
 // True if the application is told of pairs as they appear and go, by a callback that may change bodies: then

@@ -6,6 +6,7 @@
 #include "../../kernels/shared/body.h"
 #include "../../kernels/shared/bvh.h"
 #include "../../kernels/shared/contact.h"
+#include "../../kernels/shared/joint.h"
 #include "../../kernels/shared/rows.h"
 #include "../../kernels/shared/shape.h"
 #include "../../kernels/shared/step.h"
@@ -36,6 +37,9 @@ BTGPU_TYPE_NAME(BodyPose)
 BTGPU_TYPE_NAME(BodyStep)
 BTGPU_TYPE_NAME(BodyVelocity)
 BTGPU_TYPE_NAME(BvhLevels)
+BTGPU_TYPE_NAME(Joint)
+BTGPU_TYPE_NAME(JointEffect)
+BTGPU_TYPE_NAME(JointRow)
 BTGPU_TYPE_NAME(Manifold)
 BTGPU_TYPE_NAME(Pair)
 BTGPU_TYPE_NAME(RawContacts)

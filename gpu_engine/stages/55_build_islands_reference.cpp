@@ -21,12 +21,18 @@ bool merges(const BodyInfo& body) {
   return isMember(body) && !has(body, BODY_NO_RESPONSE) && !has(body, BODY_QUARANTINED);
 }
 
-std::vector<uint> findRoots(const std::vector<BodyInfo>& infos, const std::vector<Pair>& pairs) {
+std::vector<uint> findRoots(const std::vector<BodyInfo>& infos, const std::vector<Pair>& pairs,
+                            const std::vector<Joint>& joints) {
   std::vector<std::vector<uint>> neighbours(infos.size());
+  const auto join = [&neighbours](uint a, uint b) {
+    neighbours[a].push_back(b);
+    neighbours[b].push_back(a);
+  };
   for (const Pair& pair : pairs) {
-    if (!merges(infos[pair.bodyA]) || !merges(infos[pair.bodyB])) continue;
-    neighbours[pair.bodyA].push_back(pair.bodyB);
-    neighbours[pair.bodyB].push_back(pair.bodyA);
+    if (merges(infos[pair.bodyA]) && merges(infos[pair.bodyB])) join(pair.bodyA, pair.bodyB);
+  }
+  for (const Joint& joint : joints) {
+    if (joint.enabled && joint.islandA != NO_INDEX && joint.islandB != NO_INDEX) join(joint.islandA, joint.islandB);
   }
   std::vector<uint> roots(infos.size(), NO_INDEX);
   for (uint start = 0; start < infos.size(); ++start) {
@@ -107,9 +113,9 @@ bool canMove(const BodyStep& step) { return step.angularVelocity.w != 0.0f; }
 IslandsReference buildIslandsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                        const std::vector<BodyStep>& steps,
                                        const std::vector<BodyActivation>& activations, const std::vector<Pair>& pairs,
-                                       const std::vector<Manifold>& manifolds) {
+                                       const std::vector<Manifold>& manifolds, const std::vector<Joint>& joints) {
   IslandsReference out;
-  out.roots = findRoots(infos, pairs);
+  out.roots = findRoots(infos, pairs, joints);
   out.activations = activations;
   decideSleep(infos, out.roots, out.activations);
   wake(params, infos, pairs, manifolds, out.activations);
@@ -135,6 +141,15 @@ IslandsReference buildIslandsReference(const StepParams& params, const std::vect
     // Kinematic bodies that were left with mass are in no island, but the solver moves them.
     for (const uint body : {a, b}) {
       if (!isMember(infos[body]) && canMove(steps[body])) out.solved[body] = 1;
+    }
+  }
+  for (const Joint& joint : joints) {
+    // btGetConstraintIslandId.
+    const uint member = joint.islandA != NO_INDEX ? joint.islandA : joint.islandB;
+    const bool solved = member != NO_INDEX && islandSolved[out.roots[member]];
+    out.jointSolved.push_back(solved ? 1 : 0);
+    for (const uint body : {joint.bodyA, joint.bodyB}) {
+      if (solved && joint.rowCount > 0 && body != NO_INDEX && canMove(steps[body])) out.solved[body] = 1;
     }
   }
   return out;

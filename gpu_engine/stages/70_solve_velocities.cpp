@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "70_solve_velocities.h"
 
+#include <algorithm>
+
 namespace btgpu {
 namespace {
 
@@ -12,6 +14,8 @@ constexpr const char* kFile = "stages/70_solve_velocities.cl";
 SolveVelocities::SolveVelocities(ComputeDevice& device)
     : m_solveColour(device, kFile, "solveColour"),
       m_solveSerial(device, kFile, "solveSerial"),
+      m_solveJointColour(device, kFile, "solveJointColour"),
+      m_solveJointsSerial(device, kFile, "solveJointsSerial"),
       m_storeImpulses(device, kFile, "storeImpulses") {}
 
 void SolveVelocities::solveAll(Queue& queue, DeviceWorld& world, uint passes) {
@@ -27,10 +31,27 @@ void SolveVelocities::solveAll(Queue& queue, DeviceWorld& world, uint passes) {
   }
 }
 
+void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iteration) {
+  const auto launch = [&](Kernel& kernel, Grid grid, uint first, uint count) {
+    kernel.launch(queue, grid, iteration, first, count, world.counters, world.jointOrder, world.joints,
+                  world.jointRows, world.jointEffects, world.jointSolved, world.solverMasses, world.solverBodies,
+                  world.jointImpulses);
+  };
+  const JointColours& colours = world.jointColours;
+  for (uint c = 0; c < colours.colourCount(); ++c) {
+    const uint count = colours.first[c + 1] - colours.first[c];
+    launch(m_solveJointColour, queue.device().grid(count), colours.first[c], count);
+  }
+  const uint serial = colours.first.back() - colours.serialFirst();
+  if (serial > 0) launch(m_solveJointsSerial, {1, 1}, colours.serialFirst(), serial);
+}
+
 void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows) {
   queue.enterStage("70_solve_velocities");
   if (settings.warmStarting) solveAll(queue, world, PASS_WARM_START);
-  for (int i = 0; i < settings.iterations; ++i) {
+  for (int i = 0; i < std::max(settings.iterations, world.jointIterations); ++i) {
+    if (i < world.jointIterations) solveJoints(queue, world, static_cast<uint>(i));
+    if (i >= settings.iterations) continue;
     if (settings.interleaveContactAndFriction) {
       solveAll(queue, world, PASS_NORMAL | PASS_FRICTION);
     } else {

@@ -66,6 +66,9 @@ class Solver {
       if (slots[slot].manifold == NO_INDEX) continue;
       for (size_t k = 0; k < slots[slot].pointCount; ++k) m_points.push_back(load(slots[slot], slot, k));
     }
+    for (const uint j : state.joints.order) {
+      if (state.joints.solved[j]) loadJoint(state.joints.joints[j]);
+    }
     for (const SolverBody& b : state.bodies) {
       m_velocities.push_back({toVec(b.deltaLinear), toVec(b.deltaAngular)});
       m_pushes.push_back({toVec(b.pushLinear), toVec(b.turnAngular)});
@@ -74,6 +77,18 @@ class Solver {
 
   void warmStart() {
     for (PointRows<Real>& p : m_points) apply(m_velocities, p.normal, p.normal.impulse);
+  }
+
+  int jointIterations() const {
+    int most = 0;
+    for (const JointRowOf& r : m_jointRows) most = std::max(most, r.iterations);
+    return most;
+  }
+
+  void iterateJoints(int iteration) {
+    for (JointRowOf& r : m_jointRows) {
+      if (iteration < r.iterations && r.row.jac != 0) solve(m_velocities, r.row);
+    }
   }
 
   void iterate() {
@@ -101,9 +116,33 @@ class Solver {
       b.turnAngular = toFloat4(m_pushes[i].angular);
     }
     for (PointRows<Real>& p : m_points) storePoint(p);
+    for (JointRowOf& r : m_jointRows) *r.row.stored = static_cast<float>(r.row.impulse);
   }
 
  private:
+  struct JointRowOf {
+    Row<Real> row;
+    int iterations;
+  };
+
+  void loadJoint(const Joint& joint) {
+    JointSolveReference& j = m_state.joints;
+    for (size_t r = joint.firstRow; r < joint.firstRow + joint.rowCount; ++r) {
+      const JointRow& from = j.rows[r];
+      Row<Real> row;
+      row.a = makeEnd(joint.bodyA, toVec(from.linearA), toVec(from.angularA));
+      row.b = makeEnd(joint.bodyB, toVec(from.linearB), toVec(from.angularB));
+      row.jac = j.effects[r].jac;
+      row.rhs = j.effects[r].rhs;
+      row.cfm = from.angularA.w;
+      row.lower = from.linearB.w;
+      row.upper = from.angularB.w;
+      row.stored = &j.impulses[r];
+      row.impulse = *row.stored;
+      m_jointRows.push_back({row, joint.iterations});
+    }
+  }
+
   static Vec toVec(float4 v) { return {v.x, v.y, v.z}; }
   static float4 toFloat4(Vec v) {
     return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};
@@ -243,6 +282,7 @@ class Solver {
   const std::vector<SolverMass>& m_masses;
   SolveReference& m_state;
   std::vector<PointRows<Real>> m_points;
+  std::vector<JointRowOf> m_jointRows;
   std::vector<Velocity<Real>> m_velocities, m_pushes;
 };
 
@@ -251,7 +291,10 @@ void solveAs(const StepParams& params, int iterations, const std::vector<SlotHea
              const std::vector<SolverMass>& masses, SolveReference& state) {
   Solver<Real> solver(params, slots, masses, state);
   if (params.flags & STEP_WARM_START) solver.warmStart();
-  for (int i = 0; i < iterations; ++i) solver.iterate();
+  for (int i = 0; i < std::max(iterations, solver.jointIterations()); ++i) {
+    solver.iterateJoints(i);
+    if (i < iterations) solver.iterate();
+  }
   solver.store();
 }
 

@@ -11,19 +11,30 @@
 #include <vector>
 
 #include "../../kernels/shared/body.h"
+#include "../../kernels/shared/joint.h"
 #include "../../kernels/shared/rows.h"
 #include "../../kernels/shared/step.h"
 
 namespace btgpu {
 
+// Joints as the solver sees them; all by joint or by row but `order`, which lists joints as they are to be solved.
+struct JointSolveReference {
+  std::vector<Joint> joints;
+  std::vector<JointRow> rows;
+  std::vector<JointEffect> effects;
+  std::vector<uint> solved, order;
+  std::vector<float> impulses;  // in and out
+};
+
 struct SolveReference {
   std::vector<SolverBody> bodies;
   std::vector<float> rows, tangent2, torsion;  // laid out as on the device (rows.h)
   std::vector<Manifold> manifolds;             // get the impulses
+  JointSolveReference joints;
 };
 
 // btSequentialImpulseConstraintSolver::solveSingleIteration for `iterations` times over the slots in their
-// order, after warm starting, and writeBackContacts. Of params only the flags count.
+// order, after warm starting, and writeBackContacts; joints go first, and on alone if they want more iterations. Of params only the flags count.
 void solveVelocitiesReference(const StepParams& params, int iterations, const std::vector<SlotHeader>& slots,
                               const std::vector<SolverMass>& masses, SolveReference& state);
 

@@ -8,6 +8,7 @@
 #include "body.h"
 #include "bvh.h"
 #include "contact.h"
+#include "joint.h"
 #include "rows.h"
 #include "shape.h"
 #include "step.h"
@@ -69,6 +70,14 @@
     FIELD(Manifold, bodyA) FIELD(Manifold, bodyB) FIELD(Manifold, pointCount) FIELD(Manifold, bucket)       \
     FIELD(Manifold, breakingThreshold) FIELD(Manifold, processingThreshold) FIELD(Manifold, unused)         \
     FIELD(Manifold, points)                                                                                 \
+  SIZE(Joint, 48)                                                                                           \
+    FIELD(Joint, bodyA) FIELD(Joint, bodyB) FIELD(Joint, islandA) FIELD(Joint, islandB)                     \
+    FIELD(Joint, firstRow) FIELD(Joint, rowCount) FIELD(Joint, iterations) FIELD(Joint, enabled)            \
+    FIELD(Joint, damping) FIELD(Joint, leastMobility) FIELD(Joint, unused)                                  \
+  SIZE(JointRow, 64)                                                                                        \
+    FIELD(JointRow, linearA) FIELD(JointRow, angularA) FIELD(JointRow, linearB) FIELD(JointRow, angularB)   \
+  SIZE(JointEffect, 8)                                                                                      \
+    FIELD(JointEffect, jac) FIELD(JointEffect, rhs)                                                         \
   SIZE(SlotHeader, 16)                                                                                      \
     FIELD(SlotHeader, bodyA) FIELD(SlotHeader, bodyB) FIELD(SlotHeader, manifold)                           \
     FIELD(SlotHeader, pointCount)                                                                           \

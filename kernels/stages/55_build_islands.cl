@@ -6,6 +6,7 @@
 #include "../lib/kernel.h"
 #include "../lib/motion.h"
 #include "../shared/contact.h"
+#include "../shared/joint.h"
 #include "../shared/shape.h"
 
 #define ISLAND_AWAKE 1u   // holds a body that may not sleep
@@ -74,6 +75,18 @@ KERNEL islandUnite(uint pairCapacity, __global const StepCounters* counters, __g
   }
 }
 
+// Enabled joints unite islands as pairs do, but also those of bodies without contact response.
+KERNEL islandUniteJoints(uint jointCount, __global const StepCounters* counters, __global const Joint* joints,
+                         volatile __global uint* parents) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, jointCount) {
+    const Joint joint = joints[i];
+    if (joint.enabled && joint.islandA != NO_INDEX && joint.islandB != NO_INDEX) {
+      unite(parents, joint.islandA, joint.islandB);
+    }
+  }
+}
+
 KERNEL islandFlatten(uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
                      __global const BodyActivation* activations, volatile __global uint* parents,
                      __global uint* roots, volatile __global uint* islandFlags) {
@@ -126,6 +139,23 @@ KERNEL islandSolved(uint bodyCount, __global const StepCounters* counters, __glo
 
 static int movesOutsideIslands(uint flags, BodyStep step) {
   return !isIslandMember(flags) && step.angularVelocity.w != 0.0f;
+}
+
+// jointSolved[i] = 1 for the joints that the solver gets: those of an island that is solved, disabled ones included.
+KERNEL selectJoints(uint jointCount, __global const StepCounters* counters, __global const Joint* joints,
+                    __global const BodyInfo* infos, __global const BodyStep* steps, __global const uint* roots,
+                    __global const uint* islandFlags, volatile __global uint* solved, __global uint* jointSolved) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, jointCount) {
+    const Joint joint = joints[i];
+    const uint member = joint.islandA != NO_INDEX ? joint.islandA : joint.islandB;
+    const int selected = member != NO_INDEX && (islandFlags[roots[member]] & ISLAND_SOLVED);
+    jointSolved[i] = selected ? 1u : 0u;
+    if (!selected || joint.rowCount == 0) continue;
+    const uint a = joint.bodyA, b = joint.bodyB;
+    if (a != NO_INDEX && movesOutsideIslands(infos[a].flags, steps[a])) atomic_or(&solved[a], 1u);
+    if (b != NO_INDEX && movesOutsideIslands(infos[b].flags, steps[b])) atomic_or(&solved[b], 1u);
+  }
 }
 
 // flags[i] = 1 for the manifolds that the solver gets: with points, with response, not between sleeping bodies,

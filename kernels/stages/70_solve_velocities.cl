@@ -5,6 +5,7 @@
 // all normal rows before all friction rows, and those before the torsional ones.
 #include "../lib/kernel.h"
 #include "../lib/rows.h"
+#include "../shared/joint.h"
 
 STRUCT(SlotRows) {
   __global float* points;    // field 0 of the slot's rows
@@ -163,6 +164,70 @@ SINGLE_KERNEL solveSerial(uint passes, __global const StepCounters* counters, __
   RETURN_ON_OVERFLOW(counters);
   for (uint i = slotFirst[COLOUR_SERIAL]; i < slotFirst[COLOUR_SERIAL + 1]; ++i) {
     solveSlot(i, passes, params->flags, slots, masses, bodies, rows, tangent2, torsion);
+  }
+}
+
+// ---- joints
+
+// Bullet's resolveSingleConstraintRowGeneric: both limits, and the Jacobian of either body as the joint gives it.
+static float solveJointRow(JointRow row, JointEffect effect, float impulse, int sameBody, SlotBodies* s) {
+  const float speed = dot3(row.linearA, s->linearA) + dot3(row.angularA, s->angularA) + dot3(row.linearB, s->linearB) +
+                      dot3(row.angularB, s->angularB);
+  const float wanted = impulse + effect.rhs - impulse * row.angularA.w - speed * effect.jac;
+  const float clamped = wanted < row.linearB.w ? row.linearB.w : wanted > row.angularB.w ? row.angularB.w : wanted;
+  const float change = clamped - impulse;
+  s->linearA += scale3(massLinear(s->massA), row.linearA) * change;
+  s->angularA += massAngular(s->massA, row.angularA) * change;
+  if (sameBody) {
+    s->linearB = s->linearA;
+    s->angularB = s->angularA;
+  }
+  s->linearB += scale3(massLinear(s->massB), row.linearB) * change;
+  s->angularB += massAngular(s->massB, row.angularB) * change;
+  if (sameBody) {
+    s->linearA = s->linearB;
+    s->angularA = s->angularB;
+  }
+  return clamped;
+}
+
+static void solveJoint(uint j, uint iteration, __global const Joint* joints, __global const JointRow* rows,
+                       __global const JointEffect* effects, __global const uint* jointSolved,
+                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* impulses) {
+  const Joint joint = joints[j];
+  if (!jointSolved[j] || (int)iteration >= joint.iterations) return;
+  SlotHeader h;
+  h.bodyA = joint.bodyA;
+  h.bodyB = joint.bodyB;
+  h.manifold = h.pointCount = 0;
+  SlotBodies s = loadBodies(h, bodies, masses);
+  for (uint r = joint.firstRow; r < joint.firstRow + joint.rowCount; ++r) {
+    if (effects[r].jac == 0.0f) continue;
+    impulses[r] = solveJointRow(rows[r], effects[r], impulses[r], h.bodyA == h.bodyB, &s);
+  }
+  storeBodies(h, &s, bodies);
+}
+
+// Solves the joints order[first ...] of one colour.
+KERNEL solveJointColour(uint iteration, uint first, uint count, __global const StepCounters* counters,
+                        __global const uint* order, __global const Joint* joints, __global const JointRow* rows,
+                        __global const JointEffect* effects, __global const uint* jointSolved,
+                        __global const SolverMass* masses, __global SolverBody* bodies, __global float* impulses) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, count) {
+    solveJoint(order[first + i], iteration, joints, rows, effects, jointSolved, masses, bodies, impulses);
+  }
+}
+
+// Solves joints that share bodies, one after the other. Single work item.
+SINGLE_KERNEL solveJointsSerial(uint iteration, uint first, uint count, __global const StepCounters* counters,
+                                __global const uint* order, __global const Joint* joints,
+                                __global const JointRow* rows, __global const JointEffect* effects,
+                                __global const uint* jointSolved, __global const SolverMass* masses,
+                                __global SolverBody* bodies, __global float* impulses) {
+  RETURN_ON_OVERFLOW(counters);
+  for (uint i = first; i < first + count; ++i) {
+    solveJoint(order[i], iteration, joints, rows, effects, jointSolved, masses, bodies, impulses);
   }
 }
 

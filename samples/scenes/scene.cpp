@@ -8,6 +8,8 @@
 namespace scenes {
 
 Objects::~Objects() {
+  for (const auto& vehicle : m_vehicles) m_world.removeVehicle(vehicle.get());
+  for (const auto& joint : m_joints) m_world.removeConstraint(joint.get());
   for (btRigidBody* body : m_bodies) {
     m_world.removeRigidBody(body);
     delete body;
@@ -48,6 +50,21 @@ btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btTransf
 
 btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btVector3& at) {
   return add(mass, shape, btTransform(btQuaternion::getIdentity(), at));
+}
+
+void Objects::remove(btTypedConstraint* joint) {
+  m_world.removeConstraint(joint);
+  for (auto& owned : m_joints) {
+    if (owned.get() == joint) std::swap(owned, m_joints.back());
+  }
+  m_joints.pop_back();
+}
+
+btRaycastVehicle* Objects::vehicle(btRigidBody* chassis, const btRaycastVehicle::btVehicleTuning& tuning) {
+  m_raycasters.push_back(std::make_unique<btDefaultVehicleRaycaster>(&m_world));
+  m_vehicles.push_back(std::make_unique<btRaycastVehicle>(tuning, chassis, m_raycasters.back().get()));
+  m_world.addVehicle(m_vehicles.back().get());
+  return m_vehicles.back().get();
 }
 
 namespace {

@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace scenes {
@@ -18,7 +19,7 @@ struct Size {
   int x, y, z;
 };
 
-// Owns the shapes and bodies that were put into a world; takes the bodies out again when it goes.
+// Owns the shapes, bodies, joints and vehicles that were put into a world; takes them out again when it goes.
 class Objects {
  public:
   explicit Objects(btDiscreteDynamicsWorld& world) : m_world(world) {}
@@ -36,10 +37,25 @@ class Objects {
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btTransform& at);
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at);
 
+  // Adds a joint; `apart`: the linked bodies don't collide.
+  template <typename Joint, typename... Args>
+  Joint* joint(bool apart, Args&&... args) {
+    auto* made = new Joint(std::forward<Args>(args)...);
+    m_joints.emplace_back(made);
+    m_world.addConstraint(made, apart);
+    return made;
+  }
+  // Takes a joint out of the world and destroys it.
+  void remove(btTypedConstraint* joint);
+  btRaycastVehicle* vehicle(btRigidBody* chassis, const btRaycastVehicle::btVehicleTuning& tuning);
+
  private:
   btDiscreteDynamicsWorld& m_world;
   std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
   std::vector<btRigidBody*> m_bodies;
+  std::vector<std::unique_ptr<btTypedConstraint>> m_joints;
+  std::vector<std::unique_ptr<btVehicleRaycaster>> m_raycasters;
+  std::vector<std::unique_ptr<btRaycastVehicle>> m_vehicles;
 };
 
 enum class Rest { Yes, No, AsStock };

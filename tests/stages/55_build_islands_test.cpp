@@ -12,6 +12,7 @@
 
 #include "gpu_engine/stages/55_build_islands_reference.h"
 #include "tests/support/device_test.h"
+#include "tests/support/joint_scene.h"
 #include "tests/support/stage_bench.h"
 #include "tests/support/world_builder.h"
 
@@ -25,6 +26,7 @@ struct IslandScene {
   std::vector<Pair> pairs;
   std::vector<Manifold> manifolds;
   StepSettings settings;
+  JointScene joints;
 
   explicit IslandScene(uint bodies, int state = STATE_ACTIVE) {
     const int shape = builder.sphere(1);
@@ -65,8 +67,9 @@ class BuildIslandsTest : public DeviceTest {
     room.pairs = scene.pairs.size() + spare;
     room.slots = BTGPU_LANES;
     if (room.pairs == 0) room.pairs = 1;
-    StageBench bench(queue(), scene.builder.finish(), scene.settings, room);
+    StageBench bench(queue(), scene.joints.addTo(scene.builder.finish()), scene.settings, room);
     DeviceWorld& world = bench.world();
+    bench.poison(world.jointSolved);
     bench.setPairs(scene.pairs);
     bench.setManifolds(scene.manifolds);
     bench.write(world.steps, scene.steps);
@@ -84,6 +87,7 @@ class BuildIslandsTest : public DeviceTest {
     out.activations = bench.read(world.stepActivations, n);
     out.counters = bench.counters();
     out.contactPoints = out.counters.contactPoints;
+    out.jointSolved = bench.read(world.jointSolved, scene.joints.joints.size());
     out.constraints = bench.read(world.constraints, out.counters.constraintCount);
     const auto all = bench.read(world.roots);
     for (size_t i = n; i < all.size(); ++i) EXPECT_TRUE(StageBench::isPoison(all[i])) << "written at " << i;
@@ -94,7 +98,7 @@ class BuildIslandsTest : public DeviceTest {
   static IslandsReference reference(const IslandScene& scene) {
     const WorldInput in = scene.builder.finish();
     return buildIslandsReference(makeStepParams(scene.settings, {}, false), in.infos.values, scene.steps,
-                                 in.activations.values, scene.pairs, scene.manifolds);
+                                 in.activations.values, scene.pairs, scene.manifolds, scene.joints.joints);
   }
 
   IslandResult expectAsReference(const IslandScene& scene, size_t spare = 0) {
@@ -104,6 +108,7 @@ class BuildIslandsTest : public DeviceTest {
     EXPECT_EQ(actual.solved, expected.solved);
     EXPECT_EQ(actual.constraints, expected.constraints);
     EXPECT_EQ(actual.contactPoints, expected.contactPoints);
+    EXPECT_EQ(actual.jointSolved, expected.jointSolved);
     for (uint i = 0; i < scene.bodyCount(); ++i) {
       EXPECT_TRUE(sameBits(actual.activations[i], expected.activations[i]))
           << "body " << i << " got state " << actual.activations[i].state << " instead of "
@@ -365,6 +370,59 @@ TEST_F(BuildIslandsTest, RandomMedium) {
 TEST_F(BuildIslandsTest, Random20000) {
   expectAsReference(randomScene(20000, 0.8, 11));
   expectAsReference(randomScene(20000, 4, 12));
+}
+
+// ---- joints
+
+// Joints unite islands and wake what sleeps; disabled ones and those to held bodies don't.
+TEST_F(BuildIslandsTest, JointsSmall) {
+  IslandScene scene(6, STATE_SLEEPING);
+  scene.activation(2).state = STATE_ACTIVE;
+  scene.setFlags(1, BODY_NO_RESPONSE);
+  scene.joints.add(2, 1);
+  scene.joints.add(1, 4);
+  scene.joints.add(3, NO_INDEX);
+  scene.joints.add(2, 5).enabled = 0;
+  scene.joints.add(5, 2).enabled = 0;
+  scene.joints.add(NO_INDEX, NO_INDEX);
+  const auto result = expectAsReference(scene);
+  EXPECT_EQ(result.roots, (std::vector<uint>{0, 1, 1, 3, 1, 5}));
+  EXPECT_EQ(result.activations[4].state, STATE_WANTS_DEACTIVATION);
+  EXPECT_EQ(result.activations[5].state, STATE_SLEEPING);
+  // A disabled joint belongs to its first body's island.
+  EXPECT_EQ(result.jointSolved, (std::vector<uint>{1, 1, 0, 1, 0, 0}));
+}
+
+// A kinematic body that was left with mass is in no island, but a joint of one that is awake moves it.
+TEST_F(BuildIslandsTest, JointMovesBodyOutsideIslandsSmall) {
+  for (const bool rows : {false, true}) {
+    IslandScene scene(2);
+    scene.setFlags(1, BODY_KINEMATIC);
+    scene.setMoves(1, true);
+    Joint& joint = scene.joints.add(0, 1);
+    joint.islandB = NO_INDEX;
+    if (rows) scene.joints.addRow({1, 0, 0, 0}, {}, {-1, 0, 0, 0}, {});
+    EXPECT_EQ(expectAsReference(scene).solved[1], rows ? 1u : 0u);
+  }
+}
+
+TEST_F(BuildIslandsTest, RandomJoints) {
+  std::mt19937 random(5);
+  for (unsigned seed = 20; seed < 24; ++seed) {
+    IslandScene scene = randomScene(1500, 0.3, seed);
+    const WorldInput in = scene.builder.finish();
+    std::vector<bool> moves;
+    for (uint i = 0; i < scene.bodyCount(); ++i) moves.push_back(scene.steps[i].angularVelocity.w != 0);
+    scene.joints = randomJoints(random, moves, 700);
+    for (Joint& j : scene.joints.joints) {
+      for (uint* island : {&j.islandA, &j.islandB}) {
+        if (*island != NO_INDEX && (in.infos.values[*island].flags & (BODY_STATIC | BODY_KINEMATIC))) *island = NO_INDEX;
+      }
+    }
+    const auto result = expectAsReference(scene);
+    EXPECT_GT(std::count(result.jointSolved.begin(), result.jointSolved.end(), 1u), 50);
+    EXPECT_GT(std::count(result.jointSolved.begin(), result.jointSolved.end(), 0u), 50);
+  }
 }
 
 // ---- Bullet

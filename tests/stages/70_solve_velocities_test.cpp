@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "gpu_engine/stages/52_prepare_joints.h"
 #include "gpu_engine/stages/65_prepare_contacts.h"
 #include "gpu_engine/stages/70_solve_velocities_reference.h"
 #include "gpu_engine/stages/80_integrate_poses.h"
@@ -13,6 +14,7 @@
 #include "tests/support/bullet_contacts.h"
 #include "tests/support/contact_scene.h"
 #include "tests/support/device_test.h"
+#include "tests/support/joint_scene.h"
 
 namespace btgpu {
 namespace {
@@ -54,6 +56,7 @@ Difference differenceOf(const SolveReference& a, const SolveReference& b) {
       d.takeImpulses(a.manifolds[m].points[k], b.manifolds[m].points[k]);
     }
   }
+  for (size_t r = 0; r < b.joints.impulses.size(); ++r) d.takeImpulse(a.joints.impulses[r] - b.joints.impulses[r]);
   return d;
 }
 
@@ -63,6 +66,7 @@ Difference sizeOf(const SolveReference& a) {
   for (const Manifold& m : a.manifolds) {
     for (int k = 0; k < m.pointCount; ++k) size.takeImpulses(m.points[k], {});
   }
+  for (const float impulse : a.joints.impulses) size.takeImpulse(impulse);
   return size;
 }
 
@@ -82,8 +86,13 @@ class SolveVelocitiesTest : public DeviceTest {
  protected:
   SolveReference read(StageBench& bench, const ContactScene& scene) {
     DeviceWorld& world = bench.world();
-    return {bench.read(world.solverBodies, world.bodyCount), bench.read(world.rows), bench.read(world.tangent2),
-            bench.read(world.torsion), bench.read(world.manifolds, scene.manifolds.size())};
+    return {bench.read(world.solverBodies, world.bodyCount),
+            bench.read(world.rows),
+            bench.read(world.tangent2),
+            bench.read(world.torsion),
+            bench.read(world.manifolds, scene.manifolds.size()),
+            {bench.read(world.joints), bench.read(world.jointRows), bench.read(world.jointEffects),
+             bench.read(world.jointSolved), world.jointColours.order, bench.read(world.jointImpulses)}};
   }
 
   struct Solved {
@@ -92,9 +101,19 @@ class SolveVelocitiesTest : public DeviceTest {
     std::vector<SolverMass> masses;
     StepParams params;
   };
-  Solved solve(const ContactScene& scene) {
+  // `asleep`: joints of islands that are not solved, by index.
+  Solved solve(const ContactScene& scene, const JointScene& joints = {}, const std::vector<uint>& asleep = {}) {
     const auto bench = benchForContacts(queue(), scene);
     bench->run<PrepareContacts>();
+    if (!joints.joints.empty()) {
+      WorldInput input = scene.builder.finish();
+      for (auto* changed : {&input.infos.changed, &input.born}) changed->clear();
+      bench->world().upload(queue(), joints.addTo(input));
+      bench->run<PrepareJoints>();
+      std::vector<uint> solved(joints.joints.size(), 1);
+      for (const uint j : asleep) solved[j] = 0;
+      bench->write(bench->world().jointSolved, solved);
+    }
     Solved s;
     s.before = read(*bench, scene);
     bench->run<SolveVelocities>(scene.settings, scene.torsionRows);
@@ -105,8 +124,9 @@ class SolveVelocitiesTest : public DeviceTest {
     return s;
   }
 
-  Solved expectAsReference(const ContactScene& scene) {
-    const Solved s = solve(scene);
+  Solved expectAsReference(const ContactScene& scene, const JointScene& joints = {},
+                           const std::vector<uint>& asleep = {}) {
+    const Solved s = solve(scene, joints, asleep);
     SolveReference inFloat = s.before, exact = s.before;
     solveVelocitiesReference(s.params, scene.settings.iterations, s.slots, s.masses, inFloat);
     solveVelocitiesExactly(s.params, scene.settings.iterations, s.slots, s.masses, exact);
@@ -255,6 +275,83 @@ TEST_F(SolveVelocitiesTest, Random) {
       expectAsReference(scene);
     }
   }
+}
+
+// ---- joints
+
+// Two spheres of 2 and 4 mass units that come apart with 3 and are held together by one row.
+TEST_F(SolveVelocitiesTest, JointSmall) {
+  ContactScene scene;
+  const int shape = scene.builder.sphere(1);
+  scene.builder.add(shape, {}, 2);
+  scene.builder.add(shape, {3, 0, 0, 0}, 4);
+  scene.builder.velocity(1).linear = {3, 0, 0, 0};
+  JointScene joints;
+  joints.add(0, 1);
+  joints.addRow({1, 0, 0, 0}, {}, {-1, 0, 0, 0}, {});
+  const Solved s = expectAsReference(scene, joints);
+  EXPECT_FLOAT_EQ(s.device.bodies[0].deltaLinear.x, 2);
+  EXPECT_FLOAT_EQ(s.device.bodies[1].deltaLinear.x, -1);
+  EXPECT_FLOAT_EQ(s.device.joints.impulses[0], 4);
+  joints.rows[0].angularB.w = 1;  // the upper limit
+  EXPECT_FLOAT_EQ(expectAsReference(scene, joints).device.joints.impulses[0], 1);
+  EXPECT_EQ(expectAsReference(scene, joints, {0}).device.joints.impulses[0], 0) << "of an island asleep";
+  joints.rows[0].linearB.w = 2;  // and a lower one above it: Bullet looks at the lower one first
+  EXPECT_FLOAT_EQ(expectAsReference(scene, joints).device.joints.impulses[0], 1);
+}
+
+// A joint with iterations of its own gets them, beyond the world's or fewer; contacts get the world's.
+TEST_F(SolveVelocitiesTest, JointIterationsSmall) {
+  for (const int own : {1, 3, 10, 25}) {
+    std::mt19937 random(6);
+    ContactScene scene = randomContacts(random, {10, 12});
+    JointScene joints = randomJoints(random, std::vector<bool>(3, true), 4);
+    for (Joint& j : joints.joints) j.iterations = own;
+    scene.settings.iterations = 5;
+    expectAsReference(scene, joints);
+  }
+}
+
+TEST_F(SolveVelocitiesTest, JointsWithContacts) {
+  std::mt19937 random(7);
+  for (const uint bits : {0u, 3u, 7u, 31u}) {
+    SCOPED_TRACE(bits);
+    ContactScene scene = randomContacts(random, {150, 200});
+    setVariant(scene, bits);
+    std::vector<bool> moves;
+    for (uint i = 0; i < scene.builder.bodyCount(); ++i) {
+      moves.push_back(scene.builder.mass(i).inverseInertiaLocal.w != 0);
+    }
+    const JointScene joints = randomJoints(random, moves, 130);
+    expectAsReference(scene, joints, {0, 5, 77});
+  }
+}
+
+// A hub with 70 joints: what finds no colour is solved one after the other.
+TEST_F(SolveVelocitiesTest, JointHubSerial) {
+  std::mt19937 random(8);
+  ContactScene scene;
+  const int shape = scene.builder.sphere(0.5f);
+  scene.builder.add(shape, {}, 16);
+  JointScene joints;
+  for (uint i = 1; i <= 70; ++i) {
+    scene.builder.velocity(scene.builder.add(shape, uniform3(random, -3, 3), 1)).linear = uniform3(random, -3, 3);
+    joints.add(0, i);
+    for (int r = 0; r < 3; ++r) joints.addRandomRow(random);
+  }
+  expectAsReference(scene, joints);
+}
+
+// A joint of a body with itself: both halves act on the one body.
+TEST_F(SolveVelocitiesTest, JointWithItselfSmall) {
+  ContactScene scene;
+  scene.builder.add(scene.builder.sphere(1), {}, 2);
+  scene.builder.velocity(0) = {{1, 2, 3, 0}, {0, 1, 0, 0}};
+  JointScene joints;
+  joints.add(0, 0);
+  joints.addRow({1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0.5f, 0, 0}, {0, 0, 1, 0}).linearA.w = 1;
+  joints.addRow({0, 1, 0, 0}, {0, 1, 0, 0}, {0.5f, 0, 0, 0}, {1, 0, 0, 0}).linearA.w = 1;
+  expectAsReference(scene, joints);
 }
 
 // A hub with more contacts than there are colours: the rest is solved one after the other.

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Colours of joints, found on the host, which makes their rows anyway.
+#pragma once
+
+#include <vector>
+
+#include "../kernels/shared/joint.h"
+
+namespace btgpu {
+
+// Joints of one colour move different bodies. A function of the joints' bodies and their order alone.
+struct JointColours {
+  std::vector<uint> order;  // indices of joints, colour by colour, the serial batch last, ascending within each
+  std::vector<uint> first;  // where each colour begins in `order`; then the serial batch, then the end
+  uint colourCount() const { return first.empty() ? 0 : static_cast<uint>(first.size()) - 2; }
+  uint serialFirst() const { return first.empty() ? 0 : first[first.size() - 2]; }
+};
+
+// Greedy, in the order of the joints. Joints that move no body are left out.
+JointColours colourJoints(const std::vector<Joint>& joints, uint bodyCount);
+
+}  // namespace btgpu

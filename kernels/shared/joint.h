@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Joints: rows come from the host (Bullet's getInfo2), all else is found on the device.
+#ifndef BTGPU_SHARED_JOINT_H
+#define BTGPU_SHARED_JOINT_H
+#include "contact.h"
+
+BTGPU_BEGIN
+
+STRUCT(Joint) {
+  uint bodyA, bodyB;      // NO_INDEX where the solver must not move the body
+  uint islandA, islandB;  // the same bodies if they belong to islands, else NO_INDEX
+  uint firstRow, rowCount;
+  int iterations;         // its rows are solved in this many iterations
+  uint enabled;           // 0: no rows, and its bodies' islands stay apart
+  float damping;          // share of the velocity error that a row removes
+  float leastMobility;    // Bullet's SIMD_EPSILON: a row that yields less is not solved
+  uint unused[2];
+};
+
+// One row as getInfo2 makes it. Bullet's btSolverConstraint: contactNormal1, relpos1CrossNormal and so on.
+STRUCT(JointRow) {
+  float4 linearA;   // w: velocity wanted for the position error, less what bodies move with that the solver holds
+  float4 angularA;  // w: constraint force mixing
+  float4 linearB;   // w: lower limit of the impulse
+  float4 angularB;  // w: upper limit
+};
+
+// What the device adds to a row.
+STRUCT(JointEffect) {
+  float jac;      // inverse of J M^-1 J^T; 0: the row is not solved
+  float rhs;      // impulse wanted at rest
+};
+
+// Colours of joints are their own graph: all joint rows precede all contact rows. Joints that need more colours go
+// to a serial batch.
+#define JOINT_COLOUR_LIMIT 32
+
+BTGPU_END
+#endif

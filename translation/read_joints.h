@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Joints for the device: their rows are made by Bullet's own getInfo1 and getInfo2, on the host.
+#pragma once
+
+#include <vector>
+
+#include "read_world.h"
+
+BTGPU_TRANSLATION_BEGIN
+
+// Makes the rows of a world's joints from its bodies' state at the start of a step, as stock's solver makes them after
+// the bodies were damped. A joint's own state (angles, accumulated motor impulses) changes as in stock.
+class JointReader {
+ public:
+  // After reader.read(): fills joints and jointRows of reader.input(). What the device can't do goes into `missing`, and
+  // then no joint has been touched.
+  void read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing);
+
+  // The constraints that joints[i] of the input were made from.
+  const std::vector<btTypedConstraint*>& constraints() const { return m_constraints; }
+
+ private:
+  void readJoint(btTypedConstraint& constraint, WorldReader& reader, FallbackList& missing);
+  void makeRows(btTypedConstraint& constraint, const btContactSolverInfo& info, btScalar timeStep, Joint& joint);
+
+  std::vector<btTypedConstraint*> m_constraints;
+  std::vector<char> m_evaluated;  // by joint: in an island, so that stock would set it up if that is awake
+  btAlignedObjectArray<btSolverConstraint> m_rows;  // of one joint
+  std::vector<JointRow>* m_out = nullptr;
+};
+
+BTGPU_TRANSLATION_END
