@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "btGpuDynamicsWorld.h"
 
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -82,6 +83,20 @@ void reportShares(WorldState& state, int actions) {
   if (!state.joints.constraints().empty()) state.fallbacks.addShare("joints", "rows by the CPU");
   if (actions > 0) state.fallbacks.addShare("actions", "called on the CPU, after the device's part of the step");
 }
+
+// Milliseconds since it was made or last asked.
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - m_last).count();
+    m_last = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point m_last = std::chrono::steady_clock::now();
+};
 
 void keepStatistics(WorldState& state) {
   const btgpu::StepCounters& c = state.results.counters;
@@ -233,6 +248,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   btgpu::checkWorld(*this, timeStep, missing);
   const bool hostPairsFirst = missing.empty() && state->settings.m_hostQueries && btgpu::hasPairCallback(*this);
   if (hostPairsFirst) updateHostBroadphase(timeStep);
+  Stopwatch watch;
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
   if (missing.empty()) state->joints.read(*this, timeStep, state->reader, missing);
@@ -260,6 +276,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   getDispatchInfo().m_stepCount = 0;
   getDispatchInfo().m_debugDraw = getDebugDrawer();
 
+  const double reading = watch.lap();
   btgpu::Status status = state->engine->beginStep(input, settings);
   if (status == btgpu::Status::Ok) {
     // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the
@@ -270,7 +287,10 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
       abandonStep(*state);
       throw;
     }
+    state->statistics.m_deviceMs = watch.lap();
     status = state->engine->finishStep(state->results);
+    state->statistics.m_waitMs = watch.lap();
+    state->statistics.m_deviceMs += state->statistics.m_waitMs;
   }
   if (status != btgpu::Status::Ok) {
     loseEngine(*state);
@@ -284,6 +304,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   state->reader.acceptResults(state->results);
   keepStatistics(*state);
   reportShares(*state, m_actions.size());
+  state->statistics.m_translateMs = reading + watch.lap();
   state->lastPath = Path::Device;
   return true;
 }

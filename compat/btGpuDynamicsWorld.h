@@ -51,7 +51,10 @@ struct btGpuStatistics {
   unsigned long long m_repeatedSteps = 0;  ///< steps done twice because an array on the device was too small
   unsigned m_pairs = 0, m_contactManifolds = 0, m_contactPoints = 0, m_colours = 0;
   int m_launches = 0, m_waits = 0;
-  std::string m_device;  ///< name of the device; empty while none is in use
+  double m_translateMs = 0;  ///< host time that reading Bullet's objects and writing them back took
+  double m_deviceMs = 0;     ///< from the launch of the step to its results on the host
+  double m_waitMs = 0;       ///< of that, the time in which the host had nothing to do but wait
+  std::string m_device;      ///< name of the device; empty while none is in use
 };
 
 /// Device time of one stage of the step (docs/pipeline.md).

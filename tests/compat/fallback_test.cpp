@@ -34,8 +34,6 @@ bool countProcessed(btManifoldPoint&, void*, void*) {
   ++calls;
   return false;
 }
-void countStarted(btPersistentManifold* const&) { ++calls; }
-void countEnded(btPersistentManifold* const&) { ++calls; }
 btScalar combine(const btCollisionObject*, const btCollisionObject*) {
   ++calls;
   return s(0.3);
@@ -198,8 +196,6 @@ class Fallback : public testing::TestWithParam<Cause> {
   ~Fallback() override {
     gContactAddedCallback = nullptr;
     gContactProcessedCallback = nullptr;
-    gContactStartedCallback = nullptr;
-    gContactEndedCallback = nullptr;
   }
 };
 

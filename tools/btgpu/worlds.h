@@ -36,6 +36,7 @@ class TestWorld {
   TestWorld& operator=(const TestWorld&) = delete;
 
   World& world() { return *m_world; }
+  const World& world() const { return *m_world; }
   btCollisionDispatcher& dispatcher() { return m_dispatcher; }
   btDbvtBroadphase& broadphase() { return m_broadphase; }
 

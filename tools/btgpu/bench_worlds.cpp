@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "bench_worlds.h"
+
+#include <fmt/format.h>
+
+#include "bullet3/bullet3_peer.h"
+#include "bullet3_scene.h"
+#include "compat/engine_loader.h"
+
+namespace btgpu::tool {
+namespace {
+
+class GpuWorld : public BenchWorld {
+ public:
+  GpuWorld(const Builder& build, const btGpuSettings& settings, btScalar timeStep)
+      : m_world(build, settings), m_timeStep(timeStep) {}
+
+  void step() override { m_world.world().stepSimulation(m_timeStep, 0); }
+  StepSplit split() const override {
+    const btGpuStatistics s = m_world.world().statistics();
+    return {s.m_deviceMs, s.m_translateMs};
+  }
+  StepCounts counts() override {
+    const btGpuStatistics s = m_world.world().statistics();
+    return {s.m_launches, s.m_waits, s.m_contactManifolds, s.m_contactPoints, s.m_colours};
+  }
+  std::string device() const override { return m_world.world().statistics().m_device; }
+  std::string failure() const override {
+    const auto fallbacks = m_world.world().fallbackReport();
+    if (m_world.world().statistics().m_stockSteps == 0) return {};
+    return fallbacks.empty() ? "some steps ran on the CPU"
+                             : fmt::format("some steps ran on the CPU: {} ({})", fallbacks.front().m_what,
+                                           fallbacks.front().m_reason);
+  }
+
+  btGpuDynamicsWorld& world() { return m_world.world(); }
+
+ private:
+  TestWorld<btGpuDynamicsWorld> m_world;
+  btScalar m_timeStep;
+};
+
+class CpuWorld : public BenchWorld {
+ public:
+  CpuWorld(const Builder& build, btScalar timeStep) : m_world(build), m_timeStep(timeStep) {}
+
+  void step() override { m_world.world().stepSimulation(m_timeStep, 0); }
+  // Manifolds without points are pairs whose AABBs overlap: the solver does not get them.
+  StepCounts counts() override {
+    StepCounts counts;
+    long manifolds = 0, contacts = 0;
+    for (int i = 0; i < m_world.dispatcher().getNumManifolds(); ++i) {
+      const int points = m_world.dispatcher().getManifoldByIndexInternal(i)->getNumContacts();
+      manifolds += points > 0;
+      contacts += points;
+    }
+    counts.manifolds = manifolds;
+    counts.contacts = contacts;
+    return counts;
+  }
+  std::string device() const override { return "one thread"; }
+
+ private:
+  TestWorld<btDiscreteDynamicsWorld> m_world;
+  btScalar m_timeStep;
+};
+
+}  // namespace
+
+std::unique_ptr<BenchWorld> makeGpuWorld(const Builder& build, const btGpuSettings& settings, btScalar timeStep) {
+  return std::make_unique<GpuWorld>(build, settings, timeStep);
+}
+
+std::vector<btGpuStageTime> takeProfile(BenchWorld& gpuWorld) {
+  return dynamic_cast<GpuWorld&>(gpuWorld).world().takeProfile();
+}
+
+std::unique_ptr<BenchWorld> makeCpuWorld(const Builder& build, btScalar timeStep) {
+  return std::make_unique<CpuWorld>(build, timeStep);
+}
+
+std::unique_ptr<BenchWorld> makeBullet3World(const Builder& build, const std::string& device, btScalar timeStep) {
+  const Bullet3Scene scene = [&] {
+    TestWorld<btDiscreteDynamicsWorld> world(build);
+    return convertToBullet3(world.world(), timeStep);
+  }();
+  EngineSettings settings;
+  settings.device = device;
+  std::string error;
+  const auto engine = createEngine(settings, error);
+  if (!engine) throw std::runtime_error(error);
+  return makeBullet3World(scene, engine->info().platform, engine->info().device);
+}
+
+Builder withoutSleeping(const Builder& build) {
+  return [build](btDiscreteDynamicsWorld& world) {
+    auto contents = build(world);
+    for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+      btCollisionObject* object = world.getCollisionObjectArray()[i];
+      if (!object->isStaticObject()) object->forceActivationState(DISABLE_DEACTIVATION);
+    }
+    return contents;
+  };
+}
+
+}  // namespace btgpu::tool

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "arguments.h"
+#include "bullet_file.h"
+#include "commands.h"
+#include "compare.h"
+#include "progress.h"
+
+namespace btgpu::tool {
+namespace {
+
+struct CompareArguments {
+  std::string scene, size, device, json;
+  int steps = 0;
+  bool hash = false, profile = false;
+};
+
+// A world that gets no device says so itself, on stderr.
+bool worldNamedCause(const CompareResult& result) {
+  return std::any_of(result.fallbacks.begin(), result.fallbacks.end(),
+                     [](const btGpuFallback& f) { return f.m_what == "device"; });
+}
+
+int reportComparison(const CompareArguments& arguments, const CompareResult& result) {
+  fmt::print("{}", toText(result));
+  if (arguments.hash) fmt::print("hash {:016x}\n", result.hash);
+  if (!arguments.json.empty()) writeFile(arguments.json, toJson(result));
+  if (!result.compared && !worldNamedCause(result)) {
+    fmt::print(stderr, "btgpu: not compared: no step ran on a device; the lines 'on the CPU' say why\n");
+  }
+  std::fflush(stdout);
+  return result.pass() ? kAgreed : kFailed;
+}
+
+int runComparison(const CompareArguments& arguments, const std::string& name, const Builder& build,
+                  const scenes::Expectations& expectations, double timeStep, int defaultSteps) {
+  checkDevice(arguments.device);
+  CompareOptions options;
+  options.timeStep = timeStep;
+  options.steps = arguments.steps > 0 ? arguments.steps : defaultSteps;
+  options.device = arguments.device;
+  options.profile = arguments.profile;
+  CompareResult result;
+  {
+    ProgressBar bar(name, options.steps);
+    options.progress = [&bar](int done) { bar.show(done); };
+    result = compare(name, build, expectations, options);
+  }
+  return reportComparison(arguments, result);
+}
+
+int compareBuiltIn(const CompareArguments& arguments) {
+  const scenes::Scene& scene = sceneNamed(arguments.scene);
+  const scenes::Size size = arguments.size.empty() ? scene.size : parseSize(arguments.size);
+  return runComparison(arguments, scene.name, builderOf(scene, size), scene.expectations, scene.timeStep, scene.steps);
+}
+
+// Of a file nothing is known: whether it comes to rest is seen in stock.
+scenes::Expectations unknownScene() {
+  scenes::Expectations expectations;
+  expectations.comesToRest = scenes::Rest::AsStock;
+  return expectations;
+}
+
+int compareFile(const CompareArguments& arguments) {
+  if (!arguments.size.empty()) throw InputError("--size does not go with a .bullet file: it has its own");
+  constexpr int kSteps = 300;
+  constexpr double kTimeStep = 1.0 / 60.0;
+  return runGuarded(arguments.scene, [&](const std::function<void()>& fileWasRead) {
+    try {
+      const Builder build = builderOfFile(arguments.scene);
+      { TestWorld<btDiscreteDynamicsWorld> probe(build); }
+      fileWasRead();
+      return runComparison(arguments, arguments.scene, build, unknownScene(), kTimeStep, kSteps);
+    } catch (const InputError& e) {
+      fmt::print(stderr, "btgpu: {}\n", e.what());
+      return kBadInput;
+    }
+  });
+}
+
+}  // namespace
+
+Command addCompareCommand(CLI::App& tool) {
+  const auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* comparison = tool.add_subcommand("compare", "run a scene on btgpu and on stock Bullet and compare");
+  comparison->add_option("scene", arguments->scene, "built-in scene or .bullet file")->required();
+  comparison->add_option("--size", arguments->size, "size of a built-in scene, as X,Y,Z")->check(kNotEmpty);
+  comparison->add_option("--steps", arguments->steps, "steps to run")->check(CLI::Range(1, 10'000'000));
+  comparison->add_option("--device", arguments->device, "OpenCL device: index, gpu, cpu or part of its name");
+  comparison->add_option("--json", arguments->json, "write the result to this file")->check(kNotEmpty);
+  comparison->add_flag("--profile", arguments->profile, "time each stage by device events; slows btgpu's steps");
+  comparison->add_flag("--hash", arguments->hash, "print a hash of every pose and velocity bit at the end");
+  return {comparison, [arguments] {
+            return isBulletFile(arguments->scene) ? compareFile(*arguments) : compareBuiltIn(*arguments);
+          }};
+}
+
+}  // namespace btgpu::tool

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include <fmt/format.h>
+
+#include "arguments.h"
+#include "bullet_file.h"
+#include "commands.h"
+
+namespace btgpu::tool {
+namespace {
+
+struct ScenesArguments {
+  std::string write, file, size;
+};
+
+int runScenes(const ScenesArguments& arguments) {
+  if (!arguments.write.empty()) {
+    const scenes::Scene& scene = sceneNamed(arguments.write);
+    writeBulletFile(scene, arguments.size.empty() ? scene.size : parseSize(arguments.size), arguments.file);
+    return kAgreed;
+  }
+  for (const auto& s : scenes::all()) {
+    fmt::print("{:<10} {} (size {},{},{}; {} steps)\n", s.name, s.description, s.size.x, s.size.y, s.size.z, s.steps);
+  }
+  return kAgreed;
+}
+
+}  // namespace
+
+Command addScenesCommand(CLI::App& tool) {
+  const auto arguments = std::make_shared<ScenesArguments>();
+  CLI::App* list = tool.add_subcommand("scenes", "built-in scenes");
+  CLI::Option* write = list->add_option("--write", arguments->write, "write this scene as a .bullet file");
+  list->add_option("--size", arguments->size, "size of the scene, as X,Y,Z")->needs(write)->check(kNotEmpty);
+  CLI::Option* path = list->add_option("file", arguments->file, "the file to write")->needs(write);
+  write->needs(path);
+  return {list, [arguments] { return runScenes(*arguments); }};
+}
+
+}  // namespace btgpu::tool
