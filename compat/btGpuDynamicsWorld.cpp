@@ -70,16 +70,19 @@ void abandonStep(WorldState& state) {
 }
 
 // The application does not want to see contacts: those of the stock path, or of its own call of
-// performDiscreteCollisionDetection, would go stale in the dispatcher.
-void releaseStockManifolds(btCollisionWorld& world) {
+// performDiscreteCollisionDetection, would go stale in the dispatcher. Pairs of the host keep theirs.
+void releaseStockManifolds(btCollisionWorld& world, const WorldState& state) {
   if (world.getDispatcher()->getNumManifolds() == 0) return;
   btOverlappingPairCache& cache = *world.getPairCache();
   btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
-  for (int i = 0; i < pairs.size(); ++i) cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
+  for (int i = 0; i < pairs.size(); ++i) {
+    if (!btgpu::collidesOnHost(state.reader, pairs[i])) cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
+  }
 }
 
 // What of a device step ran on the CPU.
 void reportShares(WorldState& state, int actions) {
+  state.fallbacks.addStep(state.reader.hostShares());
   if (!state.joints.constraints().empty()) state.fallbacks.addShare("joints", "rows by the CPU");
   if (actions > 0) state.fallbacks.addShare("actions", "called on the CPU, after the device's part of the step");
 }
@@ -111,7 +114,7 @@ void keepStatistics(WorldState& state) {
   s.m_waits = state.results.waits;
   if (c.quarantined > 0) {
     state.fallbacks.addShare("body", "NaN or infinite result: left out until the application gives it a new state",
-                        c.quarantined);
+                             c.quarantined);
   }
 }
 
@@ -246,10 +249,14 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   if (state->settings.m_stockOnly) missing.add("device", "turned off by setting");
   if (const char* stage = overriddenStage()) missing.add("world", std::string("its class overrides ") + stage);
   btgpu::checkWorld(*this, timeStep, missing);
-  const bool hostPairsFirst = missing.empty() && state->settings.m_hostQueries && btgpu::hasPairCallback(*this);
-  if (hostPairsFirst) updateHostBroadphase(timeStep);
+  getDispatchInfo().m_timeStep = timeStep;
+  getDispatchInfo().m_stepCount = 0;
+  getDispatchInfo().m_debugDraw = getDebugDrawer();
+  bool hostPairsDone = missing.empty() && state->settings.m_hostQueries && btgpu::hasPairCallback(*this);
+  if (hostPairsDone) updateHostBroadphase(timeStep);
   Stopwatch watch;
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
+  if (missing.empty()) hostPairsDone = findHostContacts(timeStep, hostPairsDone, missing);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
   if (missing.empty()) state->joints.read(*this, timeStep, state->reader, missing);
   if (!missing.empty()) {
@@ -265,16 +272,13 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     state->contacts.forget();
   }
   const bool contacts = state->settings.m_contacts;
-  if (!contacts) releaseStockManifolds(*this);
+  if (!contacts) releaseStockManifolds(*this, *state);
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
   settings.keepContacts = state->settings.m_keepContacts;
   getSolverInfo().m_timeStep = timeStep;
-  getDispatchInfo().m_timeStep = timeStep;
-  getDispatchInfo().m_stepCount = 0;
-  getDispatchInfo().m_debugDraw = getDebugDrawer();
 
   const double reading = watch.lap();
   btgpu::Status status = state->engine->beginStep(input, settings);
@@ -282,7 +286,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the
     // solver.
     try {
-      if (state->settings.m_hostQueries && !hostPairsFirst) updateHostBroadphase(timeStep);
+      if (state->settings.m_hostQueries && !hostPairsDone) updateHostBroadphase(timeStep);
     } catch (...) {
       abandonStep(*state);
       throw;
@@ -298,7 +302,11 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     state->fallbacks.addStep(missing);
     return false;
   }
-  if (contacts) state->contacts.write(*this, state->reader, state->results, !state->settings.m_hostQueries);
+  state->hostContacts.writeBack(state->results);
+  if (contacts) {
+    state->contacts.write(*this, state->reader, state->results, state->hostContacts.manifoldCount(),
+                          !state->settings.m_hostQueries);
+  }
   btgpu::writeBackJoints(*this, state->joints, input, state->results, timeStep);
   btgpu::writeBackBodies(state->reader, state->results, timeStep);
   state->reader.acceptResults(state->results);
@@ -306,6 +314,23 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   reportShares(*state, m_actions.size());
   state->statistics.m_translateMs = reading + watch.lap();
   state->lastPath = Path::Device;
+  return true;
+}
+
+// The pairs that the device can't collide. They need the host's broadphase, whatever the settings say. Returns whether
+// that is current now.
+bool btGpuDynamicsWorld::findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing) {
+  const auto state = btgpu::findState(this);
+  btgpu::WorldInput& input = state->reader.input();
+  if (state->reader.hostShares().empty()) {
+    state->hostContacts.clear(input);
+    return hostPairsDone;
+  }
+  if (!hostPairsDone) updateHostBroadphase(timeStep);
+  state->hostContacts.find(*this, state->reader);
+  // The callback may have changed bodies.
+  if (gContactAddedCallback) state->reader.read(*this, missing, state->fallbacks);
+  state->hostContacts.fill(input, state->reader, missing);
   return true;
 }
 

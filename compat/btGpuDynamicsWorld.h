@@ -16,6 +16,10 @@
 
 #define BTGPU_API __attribute__((visibility("default")))
 
+namespace btgpu {
+class FallbackList;
+}
+
 struct btGpuSettings {
   /// OpenCL device: an index as `btgpu info` lists them, "gpu", "cpu" or a part of the name. Empty: the
   /// environment variable BTGPU_DEVICE, else the first GPU, else the first CPU device.
@@ -100,6 +104,7 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
  private:
   const char* overriddenStage() const;
   bool deviceStep(btScalar timeStep);
+  bool findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing);
   void updateHostBroadphase(btScalar timeStep);
   void stockStep(btScalar timeStep);
 };

@@ -9,6 +9,7 @@
 
 #include "../gpu_engine/engine.h"
 #include "../translation/fallback_list.h"
+#include "../translation/host_contacts.h"
 #include "../translation/contact_writer.h"
 #include "../translation/read_joints.h"
 #include "../translation/read_world.h"
@@ -23,6 +24,7 @@ struct WorldState {
   const void* ownTable = nullptr;  // virtual table of btGpuDynamicsWorld itself
   WorldReader reader;
   ContactWriter contacts;
+  HostContacts hostContacts;
   JointReader joints;
   std::unique_ptr<Engine> engine;
   std::string engineError;  // why there is no engine; it is not tried again until configure()

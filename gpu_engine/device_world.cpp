@@ -59,7 +59,7 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   resizeAll(c.bodies, born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
   resizeAll(c.pairs, keys, pairs, items, contacts, manifolds, constraints, oldKeys, oldManifolds);
   const bool fresh = oldPairCount.empty();
-  resizeAll(1, pairCount, oldPairCount, constraintCount, params, counters);
+  resizeAll(1, pairCount, oldPairCount, manifoldCount, constraintCount, params, counters, hostAabbs);
   if (fresh) {
     // No manifolds yet. Both, since the step of an empty world swaps them without a kernel having run.
     pairCount.copyFromHost(queue, {0u});
@@ -88,6 +88,9 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   uploadTracked(queue, input.materials, materials);
   uploadTracked(queue, input.dampings, dampings);
   uploadTracked(queue, input.shapes, shapes);
+  if (!input.hostAabbs.empty()) hostAabbs.copyFromHost(queue, input.hostAabbs, false);
+  hostManifoldCount = static_cast<uint>(input.hostManifolds.size());
+  if (hostManifoldCount > 0) hostManifolds.copyFromHost(queue, input.hostManifolds, false);
 
   uploadBorn(queue, input.born, input.replaceManifolds, oldCount);
   if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
@@ -149,9 +152,7 @@ void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bor
 
 void DeviceWorld::uploadManifolds(Queue& queue, const std::vector<Manifold>& source) {
   m_keys.clear();
-  for (const Manifold& m : source) {
-    m_keys.push_back(pairKeyOf(m.bodyA, m.bodyB));
-  }
+  for (const Manifold& m : source) { m_keys.push_back(pairKeyOf(m.bodyA, m.bodyB)); }
   m_count.assign(1, static_cast<uint>(source.size()));
   oldKeys.resize(queue, std::max(oldKeys.size(), source.size()));
   oldManifolds.resize(queue, std::max(oldManifolds.size(), source.size()));

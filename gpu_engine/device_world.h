@@ -31,6 +31,7 @@ struct DeviceWorld {
   DeviceArray<BodyMaterial> materials{"materials"};        // host
   DeviceArray<BodyDamping> dampings{"dampings"};           // host
   DeviceArray<Shape> shapes{"shapes"};                     // host; length: shapes
+  DeviceArray<Aabb> hostAabbs{"host aabbs"};               // host; of bodies whose shape is SHAPE_HOST; 1 if none is
 
   // The last step's result, read by the next one. Each has a twin that the running step writes; the two are
   // swapped when the step has succeeded, so a step can be repeated from an untouched state.
@@ -60,21 +61,24 @@ struct DeviceWorld {
   DeviceArray<SeparatingAxis> axes{"separating axes"};           // stage 44; by position in the box-box bucket
   DeviceArray<uint> overlapping{"overlapping box pairs"};        // stage 44: positions in the bucket, ascending
   DeviceArray<uint> overlapCount{"overlapping box pair count"};  // 1; stage 44
-  DeviceArray<Manifold> manifolds{"manifolds"};                  // stages 48, 65 and 70
-  DeviceArray<Manifold> matchedManifolds{"matched manifolds"};   // copy after stage 48, if wanted
-  DeviceArray<uint> constraints{"constraints"};                  // stage 55: manifolds that are solved, ascending
-  DeviceArray<uint> constraintCount{"constraint count"};         // 1; stage 55
+  // One a pair, then those of the host: manifoldCount in all, if there are any of the host.
+  DeviceArray<Manifold> manifolds{"manifolds"};                 // stages 48, 50, 65 and 70
+  DeviceArray<Manifold> hostManifolds{"host manifolds"};        // host
+  DeviceArray<uint> manifoldCount{"manifold count"};            // 1; stage 50
+  DeviceArray<Manifold> matchedManifolds{"matched manifolds"};  // copy after stage 48, if wanted
+  DeviceArray<uint> constraints{"constraints"};                 // stage 55: manifolds that are solved, ascending
+  DeviceArray<uint> constraintCount{"constraint count"};        // 1; stage 55
 
   // ---- joints, in the world's order ---------------------------------------------------------------------------------
-  DeviceArray<Joint> joints{"joints"};                    // host
-  DeviceArray<JointRow> jointRows{"joint rows"};          // host
-  DeviceArray<uint> jointOrder{"joint order"};            // host: joints colour by colour
+  DeviceArray<Joint> joints{"joints"};                     // host
+  DeviceArray<JointRow> jointRows{"joint rows"};           // host
+  DeviceArray<uint> jointOrder{"joint order"};             // host: joints colour by colour
   DeviceArray<JointEffect> jointEffects{"joint effects"};  // stage 52, by row
-  DeviceArray<float> jointImpulses{"joint impulses"};     // stages 52 and 70, by row
-  DeviceArray<uint> jointSolved{"joints solved"};         // stage 55: 1 where the joint's island is awake
+  DeviceArray<float> jointImpulses{"joint impulses"};      // stages 52 and 70, by row
+  DeviceArray<uint> jointSolved{"joints solved"};          // stage 55: 1 where the joint's island is awake
   uint jointCount = 0;
-  JointColours jointColours;     // of jointOrder
-  int jointIterations = 0;       // most that a joint wants
+  JointColours jointColours;  // of jointOrder
+  int jointIterations = 0;    // most that a joint wants
 
   // ---- one step; length slots, in blocks of BTGPU_LANES -------------------------------------------------------------
   DeviceArray<uint> slotFirst{"slot starts"};           // COLOUR_TABLE; stage 60
@@ -89,6 +93,7 @@ struct DeviceWorld {
 
   Capacities capacities;
   size_t bodyCount = 0;
+  uint hostManifoldCount = 0;
 
   // Makes every array as long as `wanted` asks for. Contents of the one-step arrays are lost.
   void reserve(Queue& queue, const Capacities& wanted, bool twoFriction, bool torsionRows);

@@ -11,6 +11,7 @@
 #include "stages/44_find_separating_axis.h"
 #include "stages/46_clip_faces.h"
 #include "stages/48_reduce_and_match_contacts.h"
+#include "stages/50_append_host_contacts.h"
 #include "stages/52_prepare_joints.h"
 #include "stages/55_build_islands.h"
 #include "stages/60_colour_constraints.h"
@@ -49,6 +50,7 @@ class Pipeline {
   FindSeparatingAxis m_findSeparatingAxis;
   ClipFaces m_clipFaces;
   ReduceAndMatchContacts m_reduceAndMatchContacts;
+  AppendHostContacts m_appendHostContacts;
   PrepareJoints m_prepareJoints;
   BuildIslands m_buildIslands;
   ColourConstraints m_colourConstraints;

@@ -19,14 +19,17 @@ struct StepResults {
   std::vector<BodyActivation> activations;
   std::vector<std::uint32_t> quarantined;  // not empty if a body came out not finite: all in quarantine, ascending
 
-  // With StepSettings::keepContacts: one manifold a pair that overlaps, in the order of the pairs.
+  // With StepSettings::keepContacts: one manifold a pair that overlaps, in the order of the pairs, then those of the
+  // host.
   std::vector<Manifold> matchedManifolds;  // as the solver got them, impulses of the last step
   std::vector<Manifold> manifolds;         // after the step
 
   // With StepSettings::contacts: the manifolds that have points, in the order of the pairs. A carried one, between two
   // bodies that were not active (CONTACT_CARRIED in its key), is the same as after the last step and not sent again.
-  std::vector<ulong> contactKeys;  // pairKeyOf(its bodies), ascending
-  std::vector<Manifold> contacts;  // those not carried, in the same order; impulses of this step
+  std::vector<ulong> contactKeys;       // pairKeyOf(its bodies), ascending
+  std::vector<Manifold> contacts;       // those not carried, in the same order; impulses of this step
+  std::vector<Manifold> hostManifolds;  // as WorldInput::hostManifolds, with the impulses of this step
+
   // As WorldInput::joints and ::jointRows.
   std::vector<uint> jointSolved;     // 1 where the joint's island was awake: its impulses are new
   std::vector<float> jointImpulses;  // impulse of each row

@@ -73,6 +73,7 @@ void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
 
 void WorldEngine::enqueue() {
   m_params.assign(1, makeStepParams(m_settings, m_world->capacities, m_traits.torsionRows));
+  m_params.front().hostManifoldCount = m_world->hostManifoldCount;
   m_counters.assign(1, StepCounters{});
   m_world->params.copyFromHost(m_queue, m_params, false);
   m_world->counters.copyFromHost(m_queue, m_counters, false);
@@ -127,6 +128,10 @@ void WorldEngine::finish(StepResults& results) {
 }
 
 void WorldEngine::readContacts(StepResults& results) {
+  const size_t pairs = results.counters.pairCount, hosts = m_world->hostManifoldCount;
+  results.hostManifolds.resize(hosts);
+  m_queue.read(m_world->manifolds.buffer(), pairs * sizeof(Manifold), hosts * sizeof(Manifold),
+               results.hostManifolds.data(), true);
   results.contactKeys.clear();
   results.contacts.clear();
   if (m_settings.contacts && m_world->bodyCount > 0) {
@@ -136,11 +141,11 @@ void WorldEngine::readContacts(StepResults& results) {
   results.matchedManifolds.clear();
   results.manifolds.clear();
   if (!m_settings.keepContacts) return;
-  const size_t pairs = results.counters.pairCount;
-  results.matchedManifolds.resize(pairs);
-  results.manifolds.resize(pairs);
-  m_queue.read(m_world->matchedManifolds.buffer(), 0, pairs * sizeof(Manifold), results.matchedManifolds.data(), true);
-  m_queue.read(m_world->manifolds.buffer(), 0, pairs * sizeof(Manifold), results.manifolds.data(), true);
+  const size_t all = pairs + hosts;
+  results.matchedManifolds.resize(all);
+  results.manifolds.resize(all);
+  m_queue.read(m_world->matchedManifolds.buffer(), 0, all * sizeof(Manifold), results.matchedManifolds.data(), true);
+  m_queue.read(m_world->manifolds.buffer(), 0, all * sizeof(Manifold), results.manifolds.data(), true);
 }
 
 void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
@@ -154,7 +159,7 @@ void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
 bool WorldEngine::growAfterOverflow(const StepCounters& counters) {
   if (counters.overflow == 0) return false;
   Capacities wanted = m_world->capacities;
-  if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount);
+  if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
   if (counters.overflow & OVERFLOW_COLOURS) wanted.colourLaunches = counters.colourCount + kSpareColours;
   if (counters.overflow & OVERFLOW_ROUNDS) {

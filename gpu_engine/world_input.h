@@ -37,6 +37,12 @@ struct WorldInput {
 
   Tracked<Shape> shapes;  // indexed by BodyInfo::shapeIndex
 
+  // What the host has found for this step, of pairs with a body whose shape is SHAPE_HOST or that has
+  // BODY_HOST_CONTACTS: their manifolds, any number a pair, and the AABBs of the former (by body; empty if there is
+  // none), which cover the predicted motion.
+  std::vector<Manifold> hostManifolds;
+  std::vector<Aabb> hostAabbs;
+
   // All joints in the world's order and their rows, made anew each step from the poses at its start.
   std::vector<Joint> joints;
   std::vector<JointRow> jointRows;

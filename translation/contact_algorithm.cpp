@@ -66,9 +66,13 @@ void ManifoldRegistry::reclaim() {
   m_removed.clear();
 }
 
+bool DeviceContactAlgorithm::isOurs(const btBroadphasePair& pair) {
+  return pair.m_algorithm && typeid(*pair.m_algorithm) == typeid(DeviceContactAlgorithm);
+}
+
 DeviceContactAlgorithm* DeviceContactAlgorithm::find(const btBroadphasePair& pair,
                                                      const std::shared_ptr<ManifoldRegistry>& registry) {
-  if (!pair.m_algorithm || typeid(*pair.m_algorithm) != typeid(DeviceContactAlgorithm)) return nullptr;
+  if (!isOurs(pair)) return nullptr;
   auto* ours = static_cast<DeviceContactAlgorithm*>(pair.m_algorithm);
   return ours->m_registry == registry ? ours : nullptr;
 }

@@ -38,6 +38,7 @@ class DeviceContactAlgorithm : public btCollisionAlgorithm {
   // Null if the dispatcher has no room for a manifold.
   static DeviceContactAlgorithm* of(btBroadphasePair& pair, btDispatcher& dispatcher,
                                     const std::shared_ptr<ManifoldRegistry>& registry);
+  static bool isOurs(const btBroadphasePair& pair);
   // The pair's algorithm if it is one of ours and known to this registry, else null.
   static DeviceContactAlgorithm* find(const btBroadphasePair& pair, const std::shared_ptr<ManifoldRegistry>& registry);
 

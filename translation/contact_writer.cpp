@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "contacts.h"
+#include "host_contacts.h"
 #include "parallel.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -64,9 +65,10 @@ void fill(const Manifold& from, btPersistentManifold& manifold) {
 }  // namespace
 
 void ContactWriter::write(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results,
-                          bool dropParted) {
+                          std::size_t others, bool dropParted) {
   // Manifolds that others made: a step on the stock path, or the application's own performDiscreteCollisionDetection.
-  if (!m_known || static_cast<std::size_t>(world.getDispatcher()->getNumManifolds()) != m_registry->alive()) {
+  if (!m_known || reader.hostBodiesChanged() ||
+      static_cast<std::size_t>(world.getDispatcher()->getNumManifolds()) != m_registry->alive() + others) {
     takeOver(world, reader);
   }
   merge(world, reader, results);
@@ -83,7 +85,7 @@ void ContactWriter::takeOver(btDiscreteDynamicsWorld& world, const WorldReader& 
   btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
   for (int i = 0; i < pairs.size(); ++i) {
     btBroadphasePair& pair = pairs[i];
-    if (!pair.m_algorithm) continue;
+    if (!pair.m_algorithm || collidesOnHost(reader, pair)) continue;
     const std::uint32_t a = reader.findSlot(static_cast<btCollisionObject*>(pair.m_pProxy0->m_clientObject));
     const std::uint32_t b = reader.findSlot(static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject));
     if (a == kNoSlot || b == kNoSlot) continue;

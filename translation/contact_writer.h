@@ -13,9 +13,11 @@ BTGPU_TRANSLATION_BEGIN
 class ContactWriter {
  public:
   // Brings the dispatcher's manifolds to where the step has left them. To be called before the bodies are written back:
-  // as in stock, the points' world positions belong to the poses that the step started from. `dropParted`: the host's
-  // broadphase is not kept current, so pairs that came apart are taken out of it here.
-  void write(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results, bool dropParted);
+  // as in stock, the points' world positions belong to the poses that the step started from. `others`: manifolds of
+  // pairs that the host collides. `dropParted`: the host's broadphase is not kept current, so pairs that came apart are
+  // taken out of it here.
+  void write(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results, std::size_t others,
+             bool dropParted);
 
   // The dispatcher's manifolds may have changed otherwise, or the reader's slots stand for other bodies: the next
   // write() looks at all of them.

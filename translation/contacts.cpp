@@ -59,21 +59,26 @@ void writeContactPoint(const ContactPoint& c, const btTransform& a, const btTran
   p.m_partId0 = p.m_partId1 = p.m_index0 = p.m_index1 = -1;
 }
 
+Manifold readManifold(const btPersistentManifold& from, std::uint32_t bodyA, std::uint32_t bodyB) {
+  Manifold m{};
+  m.bodyA = bodyA;
+  m.bodyB = bodyB;
+  m.pointCount = from.getNumContacts();
+  m.breakingThreshold = static_cast<float>(from.getContactBreakingThreshold());
+  m.processingThreshold = static_cast<float>(from.getContactProcessingThreshold());
+  for (int k = 0; k < m.pointCount; ++k) m.points[k] = readContactPoint(from.getContactPoint(k));
+  return m;
+}
+
 std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader) {
   std::vector<Manifold> manifolds;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& from = *dispatcher.getManifoldByIndexInternal(i);
-    Manifold m{};
-    m.bodyA = reader.findSlot(from.getBody0());
-    m.bodyB = reader.findSlot(from.getBody1());
-    if (m.bodyA == kNoSlot || m.bodyB == kNoSlot || from.getNumContacts() > MANIFOLD_POINTS) continue;
-    m.pointCount = from.getNumContacts();
-    m.breakingThreshold = static_cast<float>(from.getContactBreakingThreshold());
-    m.processingThreshold = static_cast<float>(from.getContactProcessingThreshold());
-    for (int k = 0; k < m.pointCount; ++k) m.points[k] = readContactPoint(from.getContactPoint(k));
-    manifolds.push_back(m);
+    const std::uint32_t a = reader.findSlot(from.getBody0()), b = reader.findSlot(from.getBody1());
+    if (a == kNoSlot || b == kNoSlot || reader.slots()[a].onHost || reader.slots()[b].onHost) continue;
+    manifolds.push_back(readManifold(from, a, b));
   }
-  // One manifold a pair: of several (which supported shapes never have) the first one counts.
+  // One manifold a pair: of several (which shapes of the device never have) the first one counts.
   std::stable_sort(manifolds.begin(), manifolds.end(),
                    [](const Manifold& a, const Manifold& b) { return pairOrder(a) < pairOrder(b); });
   manifolds.erase(std::unique(manifolds.begin(), manifolds.end(),

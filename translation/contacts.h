@@ -12,7 +12,10 @@ BTGPU_TRANSLATION_BEGIN
 ContactPoint readContactPoint(const btManifoldPoint& point);
 void writeContactPoint(const ContactPoint& from, const btTransform& a, const btTransform& b, btManifoldPoint& point);
 
-// The dispatcher's manifolds between objects that the reader knows, in the order and form that WorldInput wants.
+Manifold readManifold(const btPersistentManifold& from, std::uint32_t bodyA, std::uint32_t bodyB);
+
+// The dispatcher's manifolds between objects that the reader knows and the device collides, in the order and form that
+// WorldInput wants.
 std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader);
 
 // Makes `manifold` hold exactly these points; user data of points that stay at the same index is kept.

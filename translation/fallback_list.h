@@ -33,7 +33,7 @@ class FallbackList {
   }
   // Counts each entry of one step's list once.
   void addStep(const FallbackList& step) {
-    for (const auto& entry : step.m_entries) add(entry.what, entry.reason);
+    for (const auto& entry : step.m_entries) add(entry.what, entry.reason, 1, entry.wholeStep);
   }
   const std::vector<FallbackEntry>& entries() const { return m_entries; }
   bool empty() const { return m_entries.empty(); }

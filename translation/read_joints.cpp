@@ -16,16 +16,16 @@
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
-// Bullet's own classes. One of the application's own might also override solveConstraintObsolete, which the solver calls
-// in every iteration.
+// Bullet's own classes. One of the application's own might also override solveConstraintObsolete, which the solver
+// calls in every iteration.
 bool isBulletsOwn(const btTypedConstraint& constraint) {
   const std::type_info* known[] = {
-      &typeid(btPoint2PointConstraint),   &typeid(btHingeConstraint),
-      &typeid(btSliderConstraint),        &typeid(btConeTwistConstraint),
-      &typeid(btGeneric6DofConstraint),   &typeid(btGeneric6DofSpringConstraint),
-      &typeid(btUniversalConstraint),     &typeid(btGeneric6DofSpring2Constraint),
-      &typeid(btHinge2Constraint),        &typeid(btFixedConstraint),
-      &typeid(btGearConstraint),          &typeid(btHingeAccumulatedAngleConstraint),
+      &typeid(btPoint2PointConstraint), &typeid(btHingeConstraint),
+      &typeid(btSliderConstraint),      &typeid(btConeTwistConstraint),
+      &typeid(btGeneric6DofConstraint), &typeid(btGeneric6DofSpringConstraint),
+      &typeid(btUniversalConstraint),   &typeid(btGeneric6DofSpring2Constraint),
+      &typeid(btHinge2Constraint),      &typeid(btFixedConstraint),
+      &typeid(btGearConstraint),        &typeid(btHingeAccumulatedAngleConstraint),
   };
   const std::type_info& own = typeid(constraint);
   return std::any_of(std::begin(known), std::end(known), [&own](const std::type_info* t) { return *t == own; });

@@ -13,8 +13,8 @@ BTGPU_TRANSLATION_BEGIN
 // the bodies were damped. A joint's own state (angles, accumulated motor impulses) changes as in stock.
 class JointReader {
  public:
-  // After reader.read(): fills joints and jointRows of reader.input(). What the device can't do goes into `missing`, and
-  // then no joint has been touched.
+  // After reader.read(): fills joints and jointRows of reader.input(). What the device can't do goes into `missing`,
+  // and then no joint has been touched.
   void read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing);
 
   // The constraints that joints[i] of the input were made from.

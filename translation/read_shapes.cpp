@@ -63,7 +63,8 @@ void ShapeReader::begin(btScalar threshold, bool relative) {
   m_lastShape = nullptr;
 }
 
-int ShapeReader::read(const btCollisionShape* shape, Tracked<Shape>& shapes, FallbackList& missing) {
+int ShapeReader::read(const btCollisionShape* shape, Tracked<Shape>& shapes, FallbackList& missing,
+                      FallbackList& shares) {
   if (shape == m_lastShape) return m_lastEntry.supported ? static_cast<int>(m_lastEntry.index) : -1;
   auto [it, isNew] = m_entries.try_emplace(shape, Entry{0, m_stamp - 1, false});
   Entry& entry = it->second;
@@ -75,20 +76,22 @@ int ShapeReader::read(const btCollisionShape* shape, Tracked<Shape>& shapes, Fal
   if (entry.stamp != m_stamp) {
     entry.stamp = m_stamp;
     ++m_used;
+    const std::string name = std::string(shape->getName()) + " shape";
     Shape read;
-    entry.supported = convertShape(*shape, read);
-    if (!entry.supported) {
-      missing.add(std::string(shape->getName()) + " shape", "not on the device yet");
-    } else {
+    if (convertShape(*shape, read)) {
       read.breakingThreshold =
           static_cast<float>(m_relative ? shape->getContactBreakingThreshold(m_threshold) : m_threshold);
-      if (!isFiniteShape(read)) {
-        entry.supported = false;
-        missing.add(std::string(shape->getName()) + " shape", "its size is not finite");
-      } else if (std::memcmp(&shapes.values[entry.index], &read, sizeof read) != 0) {
-        shapes.values[entry.index] = read;
-        if (!isNew) shapes.changed.push_back(entry.index);
-      }
+    } else {
+      read = Shape{};
+      read.type = SHAPE_HOST;
+      shares.addShare(name, "contacts by Bullet's own algorithm on the CPU");
+    }
+    entry.supported = isFiniteShape(read);
+    if (!entry.supported) {
+      missing.add(name, "its size is not finite");
+    } else if (std::memcmp(&shapes.values[entry.index], &read, sizeof read) != 0) {
+      shapes.values[entry.index] = read;
+      if (!isNew) shapes.changed.push_back(entry.index);
     }
   }
   m_lastShape = shape;

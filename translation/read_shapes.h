@@ -17,9 +17,9 @@ class ShapeReader {
   // Starts a step. `threshold` is gContactBreakingThreshold; `relative` the dispatcher's flag for thresholds in
   // proportion to the shape.
   void begin(btScalar threshold, bool relative);
-  // Index of the shape, read into `shapes` if this is its first use in the step; -1 and a line in `missing` if the
-  // device lacks it.
-  int read(const btCollisionShape* shape, Tracked<Shape>& shapes, FallbackList& missing);
+  // Index of the shape, read into `shapes` if this is its first use in the step. One that the device lacks is a
+  // SHAPE_HOST, and named in `shares`; -1 and a line in `missing` for one that can't be used at all.
+  int read(const btCollisionShape* shape, Tracked<Shape>& shapes, FallbackList& missing, FallbackList& shares);
   // Ends a step: indices of shapes that went out of use are given to new ones, now and then.
   void end();
   void clear();

@@ -39,6 +39,8 @@ BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
 
 void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes) {
   ++m_step;
+  m_hostShares.clear();
+  m_hostBodiesChanged = false;
   const auto* dispatcher = static_cast<const btCollisionDispatcher*>(world.getDispatcher());
   m_shapes.begin(gContactBreakingThreshold, (dispatcher->getDispatcherFlags() &
                                              btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
@@ -95,6 +97,13 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
 void WorldReader::becomeNew(std::uint32_t slot) {
   m_input.born.push_back(slot);
   m_slots[slot].deviceQuarantined = false;
+}
+
+std::uint32_t WorldReader::slotOf(const btCollisionObject& object) const {
+  const int position = object.getWorldArrayIndex();
+  if (position < 0 || position >= static_cast<int>(m_order.size())) return kNoSlot;
+  const std::uint32_t slot = m_order[static_cast<std::size_t>(position)];
+  return m_slots[slot].object == &object ? slot : kNoSlot;
 }
 
 void WorldReader::noteAdded(const btCollisionObject* object) {
@@ -171,15 +180,22 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   btCollisionObject& object = *slot.object;
   const btRigidBody* rigid = btRigidBody::upcast(&object);
   if (!checkObject(world, object, rigid, missing)) return;
-  const int shapeIndex = m_shapes.read(object.getCollisionShape(), m_input.shapes, missing);
+  const int shapeIndex = m_shapes.read(object.getCollisionShape(), m_input.shapes, missing, m_hostShares);
   if (shapeIndex < 0) return;
-  const bool isPlane = m_input.shapes.values[static_cast<std::size_t>(shapeIndex)].type == SHAPE_PLANE;
-  if (isPlane && !object.isStaticOrKinematicObject()) {
+  const int shapeType = m_input.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
+  if (shapeType == SHAPE_PLANE && !object.isStaticOrKinematicObject()) {
     missing.add("plane on a body that moves", "Bullet's planes are static");
     return;
   }
 
   BodyRecord record = readBody(object, shapeIndex, isIntegrated(i));
+  if (hasContactCallback(object)) {
+    record.info.flags |= BODY_HOST_CONTACTS;
+    m_hostShares.addShare("gContactAddedCallback", "contacts by Bullet's own algorithm on the CPU");
+  }
+  const bool onHost = shapeType == SHAPE_HOST || (record.info.flags & BODY_HOST_CONTACTS);
+  if (onHost != slot.onHost) m_hostBodiesChanged = true;
+  slot.onHost = onHost;
   const bool moved = !slot.poseKnown || !sameTransform(slot.lastTransform, object.getWorldTransform());
   const BodyPose pose = moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
   const BodyInfo& known = m_input.infos.values[i];

@@ -21,6 +21,7 @@ struct BodySlot {
   btTransform lastTransform = btTransform::getIdentity();
   bool quarantined = false;        // NaN or infinity came from the application
   bool deviceQuarantined = false;  // ... or arose on the device
+  bool onHost = false;             // the contacts of all its pairs come from Bullet's own algorithms
   std::uint32_t seen = 0;          // step in which it was last in the world
   std::uint32_t integrated = 0;    // step in which it was last in the list of non-static rigid bodies
 };
@@ -30,7 +31,8 @@ struct BodySlot {
 class WorldReader {
  public:
   // Brings `input()` up to date. What the device can't do yet goes into `missing`; the input may then be
-  // incomplete, but the next read puts it right. Bodies put into quarantine go into `notes`.
+  // incomplete, but the next read puts it right. Bodies put into quarantine go into `notes`. May be called again before
+  // the step: what the application changed in between is found as well.
   void read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes);
 
   WorldInput& input() { return m_input; }
@@ -47,6 +49,14 @@ class WorldReader {
     if (position >= m_order.size() || m_slots[m_order[position]].object != &object) return findSlot(&object);
     return m_order[position];
   }
+
+  // Slot of an object of the world; the same without a search.
+  std::uint32_t slotOf(const btCollisionObject& object) const;
+
+  // What of the last read has to be collided on the host, by name; empty if the device can do everything.
+  const FallbackList& hostShares() const { return m_hostShares; }
+  // True if in the last read some body that the device used to collide went to the host, or back.
+  bool hostBodiesChanged() const { return m_hostBodiesChanged; }
 
   // To be told of every object that is added to the world: one that left and came back between two reads is a
   // new body.
@@ -82,6 +92,8 @@ class WorldReader {
   WorldInput m_input;
   std::uint32_t m_step = 0;
   bool m_regionChosen = false;
+  FallbackList m_hostShares;
+  bool m_hostBodiesChanged = false;
 };
 
 BTGPU_TRANSLATION_END

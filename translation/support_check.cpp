@@ -141,6 +141,10 @@ bool hasPairCallback(btDiscreteDynamicsWorld& world) {
          mayChangeBodies(userCallbackOf(*world.getBroadphase()));
 }
 
+bool hasContactCallback(const btCollisionObject& object) {
+  return gContactAddedCallback && (object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+}
+
 bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
                  FallbackList& missing) {
   const int type = object.getInternalType();
@@ -159,9 +163,6 @@ bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& 
     reason = "the stock path decides what to do with it";
   } else if (object.getCollisionFlags() & btCollisionObject::CF_HAS_FRICTION_ANCHOR) {
     what = "friction anchor";
-  } else if (gContactAddedCallback && (object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK)) {
-    what = "gContactAddedCallback";
-    reason = "called on the stock path only";
   } else if (object.getNumObjectsWithoutCollision() > 0) {
     what = "setIgnoreCollisionCheck";
   } else if (rigid && !rigid->isStaticOrKinematicObject() && rigid->getActivationState() != DISABLE_SIMULATION &&

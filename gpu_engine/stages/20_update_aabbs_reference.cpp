@@ -73,12 +73,16 @@ Box wantedBounds(const StepParams& params, const BodyInfo& body, const Shape& sh
 UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                   const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
                                   const std::vector<BodyStep>& steps, const std::vector<BodyActivation>& activations,
-                                  const std::vector<Aabb>& oldAabbs) {
+                                  const std::vector<Aabb>& oldAabbs, const std::vector<Aabb>& hostAabbs) {
   UpdatedAabbs out;
   out.aabbs.assign(infos.size(), noAabb());
   out.activations = activations;
   for (size_t i = 0; i < infos.size(); ++i) {
     if (!takesPart(infos[i], shapes)) continue;
+    if (shapes[static_cast<size_t>(infos[i].shapeIndex)].type == SHAPE_HOST) {
+      out.aabbs[i] = hostAabbs[i];
+      continue;
+    }
     const bool hasOld = oldAabbs[i].lower.x <= oldAabbs[i].upper.x;
     // btCollisionWorld::updateAabbs leaves inactive bodies alone unless told to update all.
     const bool skipped = !(params.flags & STEP_FORCE_ALL_AABBS) && !isActive(activations[i].state);

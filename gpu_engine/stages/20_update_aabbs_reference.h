@@ -23,6 +23,7 @@ struct UpdatedAabbs {
 UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                   const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
                                   const std::vector<BodyStep>& steps, const std::vector<BodyActivation>& activations,
-                                  const std::vector<Aabb>& oldAabbs);
+                                  const std::vector<Aabb>& oldAabbs,
+                                  const std::vector<Aabb>& hostAabbs = {});
 
 }  // namespace btgpu

@@ -43,6 +43,13 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
     // last.
     if (infos[b].uniqueId < infos[a].uniqueId) std::swap(a, b);
     if (typeOf(a) == SHAPE_PLANE && typeOf(b) != SHAPE_PLANE) std::swap(a, b);
+    const auto onHost = [&](uint body) {
+      return typeOf(body) == SHAPE_HOST || (infos[body].flags & BODY_HOST_CONTACTS);
+    };
+    if (onHost(a) || onHost(b)) {
+      out.pairs.push_back({a, b, NO_INDEX, BUCKET_HOST});
+      continue;
+    }
     out.pairs.push_back({a, b, known ? static_cast<uint>(old - oldKeys.begin()) : NO_INDEX,
                          carried ? BUCKET_CARRY : bucketOf(typeOf(a), typeOf(b))});
   }

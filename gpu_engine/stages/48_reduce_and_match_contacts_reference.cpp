@@ -196,7 +196,7 @@ std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs, con
     m.bucket = pair.bucket;
     manifolds.push_back(m);
     // btCollisionDispatcher::needsCollision: nothing is done for two inactive bodies.
-    if (pair.bucket == BUCKET_CARRY || pair.bucket == BUCKET_NONE) continue;
+    if (pair.bucket == BUCKET_CARRY || pair.bucket == BUCKET_NONE || pair.bucket == BUCKET_HOST) continue;
 
     Manifold& result = manifolds.back();
     const Vec bFromA = toVec(b.pose.position) - toVec(a.pose.position);

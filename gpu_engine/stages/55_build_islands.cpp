@@ -44,9 +44,10 @@ void BuildIslands::enqueue(Queue& queue, DeviceWorld& world) {
     m_selectJoints.launch(queue, jointGrid, world.jointCount, world.counters, world.joints, world.infos, world.steps,
                           world.roots, world.islandFlags, world.solved, world.jointSolved);
   }
-  m_select.launch(queue, pairGrid, pairs, world.counters, world.manifolds, world.infos, world.stepActivations,
-                  world.steps, world.roots, world.islandFlags, world.solved, m_flags);
-  m_compact.run(queue, {pairs, &world.pairCount}, m_flags, world.constraints, world.constraintCount);
+  m_select.launch(queue, pairGrid, pairs, world.counters, world.params, world.manifolds, world.infos,
+                  world.stepActivations, world.steps, world.roots, world.islandFlags, world.solved, m_flags);
+  const auto& manifoldCount = world.hostManifoldCount > 0 ? world.manifoldCount : world.pairCount;
+  m_compact.run(queue, {pairs, &manifoldCount}, m_flags, world.constraints, world.constraintCount);
   m_count.launch(queue, {1, 1}, world.constraintCount, world.counters);
 }
 

@@ -82,6 +82,7 @@ void decideSleep(const std::vector<BodyInfo>& infos, const std::vector<uint>& ro
 // A pair whose algorithm has run has a manifold, with points or without.
 bool hasManifold(const Pair& pair) {
   if (pair.bucket == BUCKET_NONE) return false;
+  if (pair.bucket == BUCKET_HOST) return true;
   return pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX;
 }
 
@@ -101,6 +102,12 @@ void wake(const StepParams& params, const std::vector<BodyInfo>& infos, const st
     const uint a = pair.bodyA, b = pair.bodyB;
     if (!hasManifold(pair)) continue;
     if ((params.flags & STEP_WAKE_BY_CONTACT) && manifolds[i].pointCount == 0) continue;
+    wakeBy(infos[a], activations[a], infos[b], activations[b]);
+    wakeBy(infos[b], activations[b], infos[a], activations[a]);
+  }
+  for (size_t i = pairs.size(); i < manifolds.size() && (params.flags & STEP_WAKE_BY_CONTACT); ++i) {
+    const uint a = manifolds[i].bodyA, b = manifolds[i].bodyB;
+    if (manifolds[i].pointCount == 0) continue;
     wakeBy(infos[a], activations[a], infos[b], activations[b]);
     wakeBy(infos[b], activations[b], infos[a], activations[a]);
   }

@@ -25,7 +25,7 @@ struct IslandsReference {
 // (btSimulationIslandManager::findUnions, ::buildIslands, ::processIslands, and
 // btDiscreteDynamicsWorld::calculateSimulationIslands for joints). Bullet looks at the manifolds
 // one after the other while kinematic bodies wake others; here all wake first, so that nothing depends on an
-// order.
+// order. manifolds: one a pair, then those of the host.
 IslandsReference buildIslandsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                        const std::vector<BodyStep>& steps,
                                        const std::vector<BodyActivation>& activations, const std::vector<Pair>& pairs,

@@ -33,9 +33,8 @@ void SolveVelocities::solveAll(Queue& queue, DeviceWorld& world, uint passes) {
 
 void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iteration) {
   const auto launch = [&](Kernel& kernel, Grid grid, uint first, uint count) {
-    kernel.launch(queue, grid, iteration, first, count, world.counters, world.jointOrder, world.joints,
-                  world.jointRows, world.jointEffects, world.jointSolved, world.solverMasses, world.solverBodies,
-                  world.jointImpulses);
+    kernel.launch(queue, grid, iteration, first, count, world.counters, world.jointOrder, world.joints, world.jointRows,
+                  world.jointEffects, world.jointSolved, world.solverMasses, world.solverBodies, world.jointImpulses);
   };
   const JointColours& colours = world.jointColours;
   for (uint c = 0; c < colours.colourCount(); ++c) {

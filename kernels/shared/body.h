@@ -24,6 +24,7 @@ BTGPU_BEGIN
 #define BODY_GYRO_IMPLICIT_WORLD 0x0800u
 #define BODY_GYRO_IMPLICIT_BODY 0x1000u
 #define BODY_QUARANTINED 0x2000u        // holds NaN or infinity: takes no part until it is finite again
+#define BODY_HOST_CONTACTS 0x4000u      // the host finds the contacts of all its pairs
 
 // Activation states, with Bullet's numbers (btCollisionObject.h).
 #define STATE_UNSET 0

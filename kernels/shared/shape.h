@@ -11,6 +11,7 @@ BTGPU_BEGIN
 #define SHAPE_SPHERE 1
 #define SHAPE_BOX 2
 #define SHAPE_PLANE 3
+#define SHAPE_HOST 16  // a shape that the device lacks: its AABB and its contacts come from the host
 
 STRUCT(Shape) {
   int type;                 // SHAPE_*
@@ -28,7 +29,8 @@ STRUCT(Shape) {
 #define BUCKET_SPHERE_BOX 4
 #define BUCKET_BOX_BOX 5
 #define BUCKET_NONE 6  // no contacts can arise (two planes)
-#define BUCKET_COUNT 7
+#define BUCKET_HOST 7  // the host finds the contacts
+#define BUCKET_COUNT 8
 
 BTGPU_END
 #endif

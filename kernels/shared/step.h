@@ -33,7 +33,7 @@ STRUCT(StepParams) {
   float deactivationTime;     // gDeactivationTime
   uint colourLaunches;        // parallel colours that the host launches in this step
   uint serialLaunched;        // 1 if the serial batch is launched too
-  uint unused;
+  uint hostManifoldCount;     // manifolds of the host behind those of the pairs
 };
 
 // Bits of StepCounters.overflow: what was too small. Every later kernel of the step returns at once, and the

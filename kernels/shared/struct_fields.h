@@ -91,7 +91,8 @@
     FIELD(StepParams, warmStartingFactor) FIELD(StepParams, sor)                                            \
     FIELD(StepParams, restitutionVelocityThreshold) FIELD(StepParams, maxGyroscopicForce)                   \
     FIELD(StepParams, contactThreshold) FIELD(StepParams, deactivationTime)                                 \
-    FIELD(StepParams, colourLaunches) FIELD(StepParams, serialLaunched) FIELD(StepParams, unused)           \
+    FIELD(StepParams, colourLaunches) FIELD(StepParams, serialLaunched)                                     \
+    FIELD(StepParams, hostManifoldCount)                                                                    \
   SIZE(StepCounters, 64)                                                                                    \
     FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \

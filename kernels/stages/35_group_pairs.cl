@@ -54,6 +54,10 @@ KERNEL describePairs(uint pairCapacity, __global const StepCounters* counters, u
       pair.oldManifold = findKey(oldKeys, itemCount(oldCapacity, oldCount), keys[i]);
     }
     if (!isActiveState(activations[low].state) && !isActiveState(activations[high].state)) pair.bucket = BUCKET_CARRY;
+    if (lowType == SHAPE_HOST || highType == SHAPE_HOST || ((lowInfo.flags | highInfo.flags) & BODY_HOST_CONTACTS)) {
+      pair.bucket = BUCKET_HOST;
+      pair.oldManifold = NO_INDEX;
+    }
     pairs[i] = pair;
     buckets[i] = pair.bucket;
     items[i] = i;

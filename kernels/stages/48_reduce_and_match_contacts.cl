@@ -51,7 +51,7 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
       m = newManifold(pair, shapes[infoA.shapeIndex], shapes[infoB.shapeIndex], materialA, materialB);
     }
     m.bucket = pair.bucket;
-    if (pair.bucket != BUCKET_CARRY && pair.bucket != BUCKET_NONE) {
+    if (pair.bucket != BUCKET_CARRY && pair.bucket != BUCKET_NONE && pair.bucket != BUCKET_HOST) {
       // Bullet's sphere-sphere algorithm keeps nothing from step to step, impulses neither.
       const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
       if (!persistent) m.pointCount = 0;

@@ -52,15 +52,22 @@ KERNEL islandInit(uint bodyCount, __global uint* parents, __global uint* islandF
 // Bullet: an awake kinematic body wakes what it may touch, that is every pair that has a manifold, with points or, as a
 // setting, only with them.
 static int mayTouch(Pair pair) {
+  if (pair.bucket == BUCKET_HOST) return 1;
   return pair.bucket != BUCKET_NONE && (pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX);
 }
 static int wakes(BodyInfo body, int state) {
   return (body.flags & BODY_KINEMATIC) && !(body.flags & BODY_NO_RESPONSE) && state != STATE_SLEEPING;
 }
 
+static void wakeOther(uint bodyA, uint bodyB, BodyInfo a, BodyInfo b, __global const BodyActivation* activations,
+                      volatile __global uint* wake) {
+  if (wakes(a, activations[bodyA].state)) atomic_or(&wake[bodyB], 1u);
+  if (wakes(b, activations[bodyB].state)) atomic_or(&wake[bodyA], 1u);
+}
+
 KERNEL islandUnite(uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
-                   __global const Pair* pairs, __global const Manifold* manifolds, __global const BodyInfo* infos, __global const BodyActivation* activations,
-                   volatile __global uint* parents, volatile __global uint* wake) {
+                   __global const Pair* pairs, __global const Manifold* manifolds, __global const BodyInfo* infos,
+                   __global const BodyActivation* activations, volatile __global uint* parents, volatile __global uint* wake) {
   RETURN_ON_OVERFLOW(counters);
   const int byContact = (params->flags & STEP_WAKE_BY_CONTACT) != 0;
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
@@ -69,9 +76,15 @@ KERNEL islandUnite(uint pairCapacity, __global const StepCounters* counters, __g
     if (mergesIslands(a.flags) && mergesIslands(b.flags)) {
       unite(parents, pair.bodyA, pair.bodyB);
     } else if (mayTouch(pair) && !(byContact && manifolds[i].pointCount == 0)) {
-      if (wakes(a, activations[pair.bodyA].state)) atomic_or(&wake[pair.bodyB], 1u);
-      if (wakes(b, activations[pair.bodyB].state)) atomic_or(&wake[pair.bodyA], 1u);
+      wakeOther(pair.bodyA, pair.bodyB, a, b, activations, wake);
     }
+  }
+  if (!byContact) return;
+  // Whether a pair of the host's touches is known by its manifolds, which lie behind those of the pairs.
+  FOR_EACH(k, params->hostManifoldCount) {
+    __global const Manifold* m = &manifolds[counters->pairCount + k];
+    const uint a = m->bodyA, b = m->bodyB;
+    if (m->pointCount > 0) wakeOther(a, b, infos[a], infos[b], activations, wake);
   }
 }
 
@@ -160,13 +173,14 @@ KERNEL selectJoints(uint jointCount, __global const StepCounters* counters, __gl
 
 // flags[i] = 1 for the manifolds that the solver gets: with points, with response, not between sleeping bodies,
 // in an island that is solved, and with a body that can move.
-KERNEL selectManifolds(uint pairCapacity, __global StepCounters* counters, __global const Manifold* manifolds,
+KERNEL selectManifolds(uint capacity, __global StepCounters* counters, __global const StepParams* params,
+                       __global const Manifold* manifolds,
                        __global const BodyInfo* infos, __global const BodyActivation* activations,
                        __global const BodyStep* steps, __global const uint* roots, __global const uint* islandFlags,
                        volatile __global uint* solved, __global uint* flags) {
   RETURN_ON_OVERFLOW(counters);
   uint points = 0;
-  FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
+  FOR_EACH(i, min(capacity, counters->pairCount + params->hostManifoldCount)) {
     const uint a = manifolds[i].bodyA, b = manifolds[i].bodyB;
     const uint flagsA = infos[a].flags, flagsB = infos[b].flags;
     const uint member = isIslandMember(flagsA) ? a : b;
