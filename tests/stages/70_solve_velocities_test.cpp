@@ -108,7 +108,9 @@ class SolveVelocitiesTest : public DeviceTest {
     if (!joints.joints.empty()) {
       WorldInput input = scene.builder.finish();
       for (auto* changed : {&input.infos.changed, &input.born}) changed->clear();
-      bench->world().upload(queue(), joints.addTo(input));
+      input = joints.addTo(input);
+      bench->world().upload(queue(), input);
+      queue().finish();
       bench->run<PrepareJoints>();
       std::vector<uint> solved(joints.joints.size(), 1);
       for (const uint j : asleep) solved[j] = 0;
