@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "gpu_engine/stages/52_prepare_joints.h"
+
+#include <cmath>
+#include <limits>
+
+#include "gpu_engine/joint_colours.h"
+#include "gpu_engine/stages/10_apply_forces.h"
+#include "gpu_engine/stages/52_prepare_joints_reference.h"
+#include "tests/support/device_test.h"
+#include "tests/support/joint_scene.h"
+#include "tests/support/stage_bench.h"
+
+namespace btgpu {
+namespace {
+
+constexpr double kRoundings = 32.0 / 16777216;  // the contract of the reference
+
+class PrepareJointsTest : public DeviceTest {
+ protected:
+  std::vector<JointEffect> expectAsReference(const WorldBuilder& builder, const JointScene& scene) {
+    StageBench bench(queue(), scene.addTo(builder.finish()));
+    bench.run<ApplyForces>();
+    DeviceWorld& world = bench.world();
+    bench.poison(world.jointEffects);
+    bench.poison(world.jointImpulses);
+    bench.run<PrepareJoints>();
+    const auto effects = bench.read(world.jointEffects, scene.rows.size());
+    const auto impulses = bench.read(world.jointImpulses, scene.rows.size());
+    const auto expected =
+        prepareJointsReference(scene.joints, scene.rows, bench.read(world.steps, builder.bodyCount()));
+    for (size_t r = 0; r < effects.size(); ++r) {
+      const JointEffectReference& e = expected[r];
+      EXPECT_NEAR(effects[r].jac, e.jac, kRoundings * std::fabs(e.jac) * e.jacSize) << "row " << r;
+      EXPECT_NEAR(effects[r].rhs, e.rhs, kRoundings * e.rhsSize) << "row " << r;
+      EXPECT_EQ(impulses[r], 0) << "row " << r;
+    }
+    return effects;
+  }
+};
+
+// A pull of two spheres of 2 and 4 mass units along x, which come apart with 3.
+TEST_F(PrepareJointsTest, ByHandSmall) {
+  WorldBuilder b;
+  const int shape = b.sphere(1);
+  const uint one = b.add(shape, {}, 2), two = b.add(shape, {3, 0, 0, 0}, 4);
+  b.velocity(one).linear = {-1, 5, 0, 0};
+  b.velocity(two).linear = {2, 0, 5, 0};
+  b.forces(two).force = {4 * 60, 0, 0, 0};  // gains 1 in a step
+  JointScene scene;
+  scene.add(one, two);
+  scene.addRow({1, 0, 0, 0}, {}, {-1, 0, 0, 0}, {}).linearA.w = 0.5f;
+  const auto effects = expectAsReference(b, scene);
+  EXPECT_FLOAT_EQ(effects[0].jac, 1 / (0.5f + 0.25f));
+  EXPECT_FLOAT_EQ(effects[0].rhs, (0.5f + 4) / 0.75f);
+  scene.joints[0].damping = 0.5f;
+  EXPECT_FLOAT_EQ(expectAsReference(b, scene)[0].rhs, (0.5f + 2) / 0.75f);
+}
+
+// A row along which nothing yields, and rows that are no numbers, are not solved.
+TEST_F(PrepareJointsTest, NothingToSolveSmall) {
+  WorldBuilder b;
+  const int shape = b.sphere(1);
+  const uint body = b.add(shape, {}, 2);
+  b.velocity(body).linear = {1, 1, 1, 0};
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  JointScene scene;
+  scene.add(body, NO_INDEX);
+  scene.addRow({}, {}, {1, 0, 0, 0}, {0, 1, 0, 0});  // held at the other end
+  scene.addRow({nan, 0, 0, 0}, {}, {}, {});
+  scene.addRow({1, 0, 0, 0}, {0, nan, 0, 0}, {}, {});
+  scene.addRow({1, 0, 0, 0}, {}, {}, {}).linearA.w = inf;
+  scene.addRow({1, 0, 0, 0}, {}, {}, {}).angularA.w = nan;
+  scene.add(NO_INDEX, NO_INDEX);
+  scene.addRow({1, 0, 0, 0}, {}, {-1, 0, 0, 0}, {});
+  StageBench bench(queue(), scene.addTo(b.finish()));
+  bench.run<ApplyForces>();
+  bench.run<PrepareJoints>();
+  for (const JointEffect& e : bench.read(bench.world().jointEffects, scene.rows.size())) {
+    EXPECT_EQ(e.jac, 0);
+    EXPECT_EQ(e.rhs, 0);
+  }
+}
+
+TEST_F(PrepareJointsTest, RandomSmall) {
+  std::mt19937 random(1);
+  WorldBuilder b;
+  RandomWorld what;
+  what.bodies = 40;
+  what.freeShare = what.staticShare = what.kinematicShare = what.planes = 0;
+  b.addRandom(random, what);
+  expectAsReference(b, randomJoints(random, std::vector<bool>(b.bodyCount(), true), 50));
+}
+
+TEST_F(PrepareJointsTest, Random) {
+  std::mt19937 random(2);
+  WorldBuilder b;
+  RandomWorld what;
+  what.bodies = 1001;
+  what.freeShare = what.staticShare = what.kinematicShare = what.planes = 0;
+  b.addRandom(random, what);
+  for (uint i = 0; i < b.bodyCount(); ++i) b.forces(i) = {uniform3(random, -20, 20), uniform3(random, -5, 5)};
+  std::vector<bool> moves(b.bodyCount(), true);
+  for (uint i = 0; i < moves.size(); i += 7) moves[i] = false;
+  expectAsReference(b, randomJoints(random, moves, 1500));
+}
+
+TEST_F(PrepareJointsTest, NothingAfterOverflowSmall) {
+  WorldBuilder b;
+  b.add(b.sphere(1), {}, 2);
+  JointScene scene;
+  scene.add(0, NO_INDEX);
+  scene.addRow({1, 0, 0, 0}, {}, {}, {});
+  StageBench bench(queue(), scene.addTo(b.finish()));
+  StepCounters counters{};
+  counters.overflow = OVERFLOW_PAIRS;
+  bench.setCounters(counters);
+  bench.poison(bench.world().jointEffects);
+  bench.run<PrepareJoints>();
+  EXPECT_TRUE(StageBench::isPoison(bench.read(bench.world().jointEffects, 1)[0]));
+}
+
+// ---- colours of joints, found on the host
+
+void expectProperColours(const std::vector<Joint>& joints, uint bodies, const JointColours& colours) {
+  std::vector<uint> times(joints.size(), 0);
+  for (uint c = 0; c + 1 < colours.first.size(); ++c) {
+    std::vector<uint> used(bodies, 0);
+    for (uint i = colours.first[c]; i < colours.first[c + 1]; ++i) {
+      const uint joint = colours.order[i];
+      ++times[joint];
+      EXPECT_TRUE(i == colours.first[c] || colours.order[i - 1] < joint) << "not ascending";
+      if (c == colours.colourCount()) continue;  // the serial batch
+      for (const uint body : {joints[joint].bodyA, joints[joint].bodyB}) {
+        EXPECT_TRUE(body == NO_INDEX || used[body]++ == 0) << "body " << body << " twice in colour " << c;
+      }
+    }
+  }
+  for (size_t j = 0; j < joints.size(); ++j) {
+    const bool moves = joints[j].bodyA != NO_INDEX || joints[j].bodyB != NO_INDEX;
+    EXPECT_EQ(times[j], moves ? 1u : 0u) << "joint " << j;
+  }
+}
+
+TEST(JointColours, Chain) {
+  JointScene scene;
+  for (uint i = 0; i < 9; ++i) scene.add(i, i + 1);
+  const JointColours colours = colourJoints(scene.joints, 10);
+  expectProperColours(scene.joints, 10, colours);
+  EXPECT_EQ(colours.colourCount(), 2u);
+}
+
+TEST(JointColours, BodiesThatAreHeldTakeNone) {
+  JointScene scene;
+  for (uint i = 0; i < 100; ++i) scene.add(i, NO_INDEX);
+  scene.add(NO_INDEX, NO_INDEX);
+  const JointColours colours = colourJoints(scene.joints, 100);
+  expectProperColours(scene.joints, 100, colours);
+  EXPECT_EQ(colours.colourCount(), 1u);
+}
+
+TEST(JointColours, HubNeedsTheSerialBatch) {
+  JointScene scene;
+  for (uint i = 1; i <= 70; ++i) scene.add(0, i);
+  const JointColours colours = colourJoints(scene.joints, 71);
+  expectProperColours(scene.joints, 71, colours);
+  EXPECT_EQ(colours.colourCount(), static_cast<uint>(JOINT_COLOUR_LIMIT));
+  EXPECT_EQ(colours.order.size() - colours.serialFirst(), 70u - JOINT_COLOUR_LIMIT);
+}
+
+TEST(JointColours, NoneAndRandom) {
+  EXPECT_EQ(colourJoints({}, 0).colourCount(), 0u);
+  std::mt19937 random(4);
+  std::vector<bool> moves(200, true);
+  for (size_t i = 0; i < moves.size(); i += 5) moves[i] = false;
+  const JointScene scene = randomJoints(random, moves, 900);
+  expectProperColours(scene.joints, 200, colourJoints(scene.joints, 200));
+}
+
+}  // namespace
+}  // namespace btgpu
