@@ -265,13 +265,17 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   }
 
   btgpu::WorldInput& input = state->reader.input();
-  if (state->lastPath == Path::Stock) {
+  const bool contacts = state->settings.m_contacts;
+  const bool fromStock = state->lastPath == Path::Stock;
+  // Pairs that the host collided until now bring their impulses, if the dispatcher has those of all pairs.
+  if (fromStock || (contacts && state->lastPath == Path::Device && state->reader.hostBodiesChanged())) {
     input.replaceManifolds = true;
     input.manifolds = btgpu::readManifolds(*getDispatcher(), state->reader);
+  }
+  if (fromStock) {
     releasePredictiveContacts();
     state->contacts.forget();
   }
-  const bool contacts = state->settings.m_contacts;
   if (!contacts) releaseStockManifolds(*this, *state);
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
   settings.contacts = contacts;
@@ -329,7 +333,7 @@ bool btGpuDynamicsWorld::findHostContacts(btScalar timeStep, bool hostPairsDone,
   if (!hostPairsDone) updateHostBroadphase(timeStep);
   state->hostContacts.find(*this, state->reader);
   // The callback may have changed bodies.
-  if (gContactAddedCallback) state->reader.read(*this, missing, state->fallbacks);
+  if (gContactAddedCallback || gContactProcessedCallback) state->reader.read(*this, missing, state->fallbacks);
   state->hostContacts.fill(input, state->reader, missing);
   return true;
 }

@@ -40,7 +40,7 @@ BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
 void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes) {
   ++m_step;
   m_hostShares.clear();
-  m_hostBodiesChanged = false;
+  m_globalCallback = globalContactCallback();
   const auto* dispatcher = static_cast<const btCollisionDispatcher*>(world.getDispatcher());
   m_shapes.begin(gContactBreakingThreshold, (dispatcher->getDispatcherFlags() &
                                              btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
@@ -97,13 +97,6 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
 void WorldReader::becomeNew(std::uint32_t slot) {
   m_input.born.push_back(slot);
   m_slots[slot].deviceQuarantined = false;
-}
-
-std::uint32_t WorldReader::slotOf(const btCollisionObject& object) const {
-  const int position = object.getWorldArrayIndex();
-  if (position < 0 || position >= static_cast<int>(m_order.size())) return kNoSlot;
-  const std::uint32_t slot = m_order[static_cast<std::size_t>(position)];
-  return m_slots[slot].object == &object ? slot : kNoSlot;
 }
 
 void WorldReader::noteAdded(const btCollisionObject* object) {
@@ -189,9 +182,9 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   }
 
   BodyRecord record = readBody(object, shapeIndex, isIntegrated(i));
-  if (hasContactCallback(object)) {
+  if (const char* callback = m_globalCallback ? m_globalCallback : contactCallback(object)) {
     record.info.flags |= BODY_HOST_CONTACTS;
-    m_hostShares.addShare("gContactAddedCallback", "contacts by Bullet's own algorithm on the CPU");
+    m_hostShares.addShare(callback, "contacts by Bullet's own algorithm on the CPU");
   }
   const bool onHost = shapeType == SHAPE_HOST || (record.info.flags & BODY_HOST_CONTACTS);
   if (onHost != slot.onHost) m_hostBodiesChanged = true;
@@ -250,6 +243,7 @@ void WorldReader::acceptResults(const StepResults& results) {
     m_slots[i].deviceQuarantined = !m_slots[i].quarantined;
   }
   m_input.clearChanges();
+  m_hostBodiesChanged = false;
 }
 
 void WorldReader::clear() { *this = WorldReader(); }

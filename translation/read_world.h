@@ -50,12 +50,9 @@ class WorldReader {
     return m_order[position];
   }
 
-  // Slot of an object of the world; the same without a search.
-  std::uint32_t slotOf(const btCollisionObject& object) const;
-
   // What of the last read has to be collided on the host, by name; empty if the device can do everything.
   const FallbackList& hostShares() const { return m_hostShares; }
-  // True if in the last read some body that the device used to collide went to the host, or back.
+  // True if since the last step some body that the device used to collide went to the host, or back.
   bool hostBodiesChanged() const { return m_hostBodiesChanged; }
 
   // To be told of every object that is added to the world: one that left and came back between two reads is a
@@ -93,6 +90,7 @@ class WorldReader {
   std::uint32_t m_step = 0;
   bool m_regionChosen = false;
   FallbackList m_hostShares;
+  const char* m_globalCallback = nullptr;
   bool m_hostBodiesChanged = false;
 };
 

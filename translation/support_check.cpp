@@ -97,15 +97,6 @@ void checkCallbacks(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   if (world.getPairCache()->getOverlapFilterCallback()) {
     missing.add("overlap filter callback", "called on the stock path only");
   }
-  if (gContactProcessedCallback) missing.add("gContactProcessedCallback", "called on the stock path only");
-  if (gCalculateCombinedFrictionCallback != &btManifoldResult::calculateCombinedFriction ||
-      gCalculateCombinedRestitutionCallback != &btManifoldResult::calculateCombinedRestitution ||
-      gCalculateCombinedRollingFrictionCallback != &btManifoldResult::calculateCombinedRollingFriction ||
-      gCalculateCombinedSpinningFrictionCallback != &btManifoldResult::calculateCombinedSpinningFriction ||
-      gCalculateCombinedContactDampingCallback != &btManifoldResult::calculateCombinedContactDamping ||
-      gCalculateCombinedContactStiffnessCallback != &btManifoldResult::calculateCombinedContactStiffness) {
-    missing.add("material combine callback", "set by the application");
-  }
 }
 
 void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
@@ -141,8 +132,22 @@ bool hasPairCallback(btDiscreteDynamicsWorld& world) {
          mayChangeBodies(userCallbackOf(*world.getBroadphase()));
 }
 
-bool hasContactCallback(const btCollisionObject& object) {
-  return gContactAddedCallback && (object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+const char* globalContactCallback() {
+  if (gContactProcessedCallback) return "gContactProcessedCallback";
+  if (gCalculateCombinedFrictionCallback != &btManifoldResult::calculateCombinedFriction ||
+      gCalculateCombinedRestitutionCallback != &btManifoldResult::calculateCombinedRestitution ||
+      gCalculateCombinedRollingFrictionCallback != &btManifoldResult::calculateCombinedRollingFriction ||
+      gCalculateCombinedSpinningFrictionCallback != &btManifoldResult::calculateCombinedSpinningFriction ||
+      gCalculateCombinedContactDampingCallback != &btManifoldResult::calculateCombinedContactDamping ||
+      gCalculateCombinedContactStiffnessCallback != &btManifoldResult::calculateCombinedContactStiffness) {
+    return "material combine callback";
+  }
+  return nullptr;
+}
+
+const char* contactCallback(const btCollisionObject& object) {
+  const bool asked = object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK;
+  return gContactAddedCallback && asked ? "gContactAddedCallback" : nullptr;
 }
 
 bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,

@@ -16,8 +16,9 @@ void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList&
 // the host's pairs have to be found before the bodies are read.
 bool hasPairCallback(btDiscreteDynamicsWorld& world);
 
-// True if the application is asked about every new contact of this object.
-bool hasContactCallback(const btCollisionObject& object);
+// Name of the callback by which the application takes part in every contact (of this object); null if there is none.
+const char* globalContactCallback();
+const char* contactCallback(const btCollisionObject& object);
 
 // The same as checkWorld for one object of the world; `rigid` is null for what is not a btRigidBody. True if
 // it is supported.

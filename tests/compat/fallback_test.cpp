@@ -24,20 +24,6 @@ btScalar s(double v) { return static_cast<btScalar>(v); }
 // Calls of the application's callbacks, to see that they are made as often as in stock.
 int calls = 0;
 
-bool countContact(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int, const btCollisionObjectWrapper*,
-                  int, int) {
-  ++calls;
-  point.m_combinedFriction = s(0.1);
-  return true;
-}
-bool countProcessed(btManifoldPoint&, void*, void*) {
-  ++calls;
-  return false;
-}
-btScalar combine(const btCollisionObject*, const btCollisionObject*) {
-  ++calls;
-  return s(0.3);
-}
 void nearCallback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
   ++calls;
   btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
@@ -61,10 +47,6 @@ class OwnDispatcher : public btCollisionDispatcher {
 };
 class OwnSolver : public btSequentialImpulseConstraintSolver {};
 class OwnConfiguration : public btDefaultCollisionConfiguration {};
-class OwnSphere : public btSphereShape {
- public:
-  using btSphereShape::btSphereShape;
-};
 // Objects of types that other modules of Bullet bring; they collide with nothing here.
 class OwnObject : public btCollisionObject {
  public:
@@ -89,7 +71,6 @@ struct Lab {
   std::vector<std::shared_ptr<void>> keep;
   btRigidBody* body = nullptr;
   btCollisionObject* object = nullptr;
-  std::unique_ptr<btTypedConstraint> joint;
   CountingFilter filter;
   btBoxBoxCollisionAlgorithm::CreateFunc boxBox;
 
@@ -110,7 +91,6 @@ struct Lab {
     return lab;
   }
   ~Lab() {
-    if (joint) world->removeConstraint(joint.get());
     if (object) world->removeCollisionObject(object);
     objects.reset();
     world.reset();
@@ -149,15 +129,6 @@ struct Lab {
     world->removeCollisionObject(object);
     object = nullptr;
   }
-  template <typename Joint, typename... Arguments>
-  void addJoint(Arguments&&... arguments) {
-    joint = std::make_unique<Joint>(*bodies[3], *bodies[4], std::forward<Arguments>(arguments)...);
-    world->addConstraint(joint.get());
-  }
-  void removeJoint() {
-    world->removeConstraint(joint.get());
-    joint.reset();
-  }
   void step(int count) {
     for (int i = 0; i < count; ++i) world->stepSimulation(s(1.0 / 60), 0);
   }
@@ -192,10 +163,6 @@ class Fallback : public testing::TestWithParam<Cause> {
     EXPECT_EQ(report[0].m_what, GetParam().what);
     EXPECT_EQ(report[0].m_reason, GetParam().reason);
     EXPECT_EQ(report[0].m_count, count);
-  }
-  ~Fallback() override {
-    gContactAddedCallback = nullptr;
-    gContactProcessedCallback = nullptr;
   }
 };
 
@@ -254,114 +221,6 @@ std::string nameOf(const testing::TestParamInfo<Cause>& test) { return test.para
 constexpr const char* kNotYet = "not on the device yet";
 constexpr const char* kStockOnly = "called on the stock path only";
 
-// Shapes that the device does not collide. Meshes and the like are static, as they have to be.
-Cause shape(const std::string& name, const std::string& bulletName, const std::function<btCollisionShape*(Lab&)>& make,
-            double mass = 1) {
-  return {name, bulletName + " shape", kNotYet, [=](Lab& lab) { lab.addShape(make(lab), mass); },
-          [](Lab& lab) { lab.removeShape(); }};
-}
-
-btTriangleMesh* mesh(Lab& lab) {
-  auto* triangles = lab.shape<btTriangleMesh>();
-  triangles->addTriangle(btVector3(-2, 0, -2), btVector3(2, 0, -2), btVector3(0, 0, 2));
-  triangles->addTriangle(btVector3(-2, 0, -2), btVector3(0, 0, 2), btVector3(-2, 1, 2));
-  return triangles;
-}
-
-btConvexHullShape* hull(Lab& lab) {
-  auto* points = lab.shape<btConvexHullShape>();
-  for (int i = 0; i < 8; ++i)
-    points->addPoint(btVector3(s(i & 1 ? 0.5 : -0.5), s(i & 2 ? 0.5 : -0.5), s(i & 4 ? 0.5 : -0.5)));
-  return points;
-}
-
-btCompoundShape* compound(Lab& lab) {
-  auto* parts = lab.shape<btCompoundShape>();
-  parts->addChildShape(btTransform::getIdentity(), lab.bodies[3]->getCollisionShape());
-  parts->addChildShape(btTransform(btQuaternion::getIdentity(), btVector3(1, 0, 0)),
-                       lab.bodies[3]->getCollisionShape());
-  return parts;
-}
-
-btCollisionShape* heightField(Lab& lab) {
-  auto heights = std::make_shared<std::vector<float>>(25, 0.0f);
-  (*heights)[12] = 0.5f;
-  lab.keep.push_back(heights);
-  return lab.shape<btHeightfieldTerrainShape>(5, 5, heights->data(), 1.0f, 0.0f, 1.0f, 1, PHY_FLOAT, false);
-}
-
-btCollisionShape* spheres(Lab& lab) {
-  const btVector3 centres[] = {btVector3(0, 0, 0), btVector3(1, 0, 0)};
-  const btScalar radii[] = {s(0.5), s(0.3)};
-  return lab.shape<btMultiSphereShape>(centres, radii, 2);
-}
-
-const Cause kShapes[] = {
-    shape("Capsule", "CapsuleShape", [](Lab& lab) { return lab.shape<btCapsuleShape>(s(0.3), s(0.5)); }),
-    shape("CapsuleX", "CapsuleX", [](Lab& lab) { return lab.shape<btCapsuleShapeX>(s(0.3), s(0.5)); }),
-    shape("Cylinder", "CylinderY",
-          [](Lab& lab) { return lab.shape<btCylinderShape>(btVector3(s(0.5), s(0.5), s(0.5))); }),
-    shape("Cone", "Cone", [](Lab& lab) { return lab.shape<btConeShape>(s(0.5), 1); }),
-    shape("ConvexHull", "Convex", [](Lab& lab) { return hull(lab); }),
-    shape("Compound", "Compound", [](Lab& lab) { return compound(lab); }),
-    shape(
-        "TriangleMesh", "BVHTRIANGLEMESH", [](Lab& lab) { return lab.shape<btBvhTriangleMeshShape>(mesh(lab), true); },
-        0),
-    shape(
-        "ScaledMesh", "SCALEDBVHTRIANGLEMESH",
-        [](Lab& lab) {
-          return lab.shape<btScaledBvhTriangleMeshShape>(lab.shape<btBvhTriangleMeshShape>(mesh(lab), true),
-                                                         btVector3(2, 1, 1));
-        },
-        0),
-    shape("ConvexMesh", "ConvexTrimesh", [](Lab& lab) { return lab.shape<btConvexTriangleMeshShape>(mesh(lab)); }),
-    shape("HeightField", "HEIGHTFIELD", heightField, 0),
-    shape("MultiSphere", "MultiSphere", spheres),
-    shape("Empty", "Empty", [](Lab& lab) { return lab.shape<btEmptyShape>(); }),
-    shape("Triangle", "Triangle",
-          [](Lab& lab) {
-            return lab.shape<btTriangleShape>(btVector3(-1, 0, -1), btVector3(1, 0, -1), btVector3(0, 0, 1));
-          }),
-    // It may override anything.
-    shape("DerivedFromSphere", "SPHERE", [](Lab& lab) { return lab.shape<OwnSphere>(s(0.5)); }),
-};
-INSTANTIATE_TEST_SUITE_P(Shapes, Fallback, testing::ValuesIn(kShapes), nameOf);
-
-// Each joint between the two balls.
-template <typename Joint, typename... Arguments>
-Cause joint(const std::string& name, Arguments... arguments) {
-  return {name, "joints", kNotYet, [=](Lab& lab) { lab.addJoint<Joint>(arguments...); },
-          [](Lab& lab) { lab.removeJoint(); }};
-}
-
-const btTransform kFrame = btTransform::getIdentity();
-const btVector3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
-
-const Cause kJoints[] = {
-    joint<btPoint2PointConstraint>("Point2Point", kY, btVector3(0, -1, 0)),
-    joint<btHingeConstraint>("Hinge", kY, btVector3(0, -1, 0), kZ, kZ),
-    joint<btSliderConstraint>("Slider", kFrame, kFrame, true),
-    joint<btConeTwistConstraint>("ConeTwist", kFrame, kFrame),
-    joint<btGeneric6DofConstraint>("Generic6Dof", kFrame, kFrame, true),
-    joint<btGeneric6DofSpringConstraint>("Generic6DofSpring", kFrame, kFrame, true),
-    joint<btGeneric6DofSpring2Constraint>("Generic6DofSpring2", kFrame, kFrame),
-    joint<btFixedConstraint>("Fixed", kFrame, kFrame),
-    joint<btGearConstraint>("Gear", kX, kX, s(2)),
-    {"Hinge2", "joints", kNotYet,
-     [](Lab& lab) {
-       btVector3 anchor(3, 1, 0), up = kY, side = kX;
-       lab.addJoint<btHinge2Constraint>(anchor, up, side);
-     },
-     [](Lab& lab) { lab.removeJoint(); }},
-    {"Universal", "joints", kNotYet,
-     [](Lab& lab) {
-       const btVector3 anchor(3, 1, 0);
-       lab.addJoint<btUniversalConstraint>(anchor, kY, kX);
-     },
-     [](Lab& lab) { lab.removeJoint(); }},
-};
-INSTANTIATE_TEST_SUITE_P(Joints, Fallback, testing::ValuesIn(kJoints), nameOf);
-
 void setMode(Lab& lab, int flag, bool on) {
   int& mode = lab.world->getSolverInfo().m_solverMode;
   mode = on ? mode | flag : mode & ~flag;
@@ -386,35 +245,7 @@ const Cause kSolver[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Solver, Fallback, testing::ValuesIn(kSolver), nameOf);
 
-void setCustomMaterial(Lab& lab) {
-  lab.bodies[1]->setCollisionFlags(lab.bodies[1]->getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
-  gContactAddedCallback = countContact;
-}
-
-// One cause for each of the six functions that combine materials.
-template <typename Callback>
-Cause combining(const std::string& name, Callback* callback) {
-  auto saved = std::make_shared<Callback>();
-  return {name, "material combine callback", "set by the application",
-          [=](Lab&) {
-            *saved = *callback;
-            *callback = combine;
-          },
-          [=](Lab&) { *callback = *saved; }};
-}
-
 const Cause kCallbacks[] = {
-    {"ContactAdded", "gContactAddedCallback", kStockOnly, setCustomMaterial,
-     [](Lab&) { gContactAddedCallback = nullptr; }, Lab::Kind::Ordinary, true},
-    {"ContactProcessed", "gContactProcessedCallback", kStockOnly,
-     [](Lab&) { gContactProcessedCallback = countProcessed; }, [](Lab&) { gContactProcessedCallback = nullptr; },
-     Lab::Kind::Ordinary, true},
-    combining("CombineFriction", &gCalculateCombinedFrictionCallback),
-    combining("CombineRestitution", &gCalculateCombinedRestitutionCallback),
-    combining("CombineRollingFriction", &gCalculateCombinedRollingFrictionCallback),
-    combining("CombineSpinningFriction", &gCalculateCombinedSpinningFrictionCallback),
-    combining("CombineDamping", &gCalculateCombinedContactDampingCallback),
-    combining("CombineStiffness", &gCalculateCombinedContactStiffnessCallback),
     {"NearCallback", "near callback", "set by the application",
      [](Lab& lab) { lab.dispatcher->setNearCallback(nearCallback); },
      [](Lab& lab) { lab.dispatcher->setNearCallback(btCollisionDispatcher::defaultNearCallback); }, Lab::Kind::Ordinary,
@@ -473,10 +304,10 @@ INSTANTIATE_TEST_SUITE_P(Objects, Fallback, testing::ValuesIn(kObjects), nameOf)
 // Several causes at once are all named.
 TEST(FallbackReport, NamesAllCauses) {
   const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
-  gpu->addShape(gpu->shape<btCapsuleShape>(s(0.3), s(0.5)));
+  gpu->bodies[4]->setCcdMotionThreshold(s(1e-4));
   setFlag(*gpu->bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true);
   gpu->step(2);
-  EXPECT_EQ(reported(gpu->gpu(), "CapsuleShape shape").m_count, 2u);
+  EXPECT_EQ(reported(gpu->gpu(), "continuous collision detection (CCD) of a body").m_count, 2u);
   EXPECT_EQ(reported(gpu->gpu(), "friction anchor").m_count, 2u);
   EXPECT_EQ(gpu->gpu().fallbackReport().size(), 2u) << reportText(gpu->gpu());
   EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, 2u);
@@ -485,12 +316,10 @@ TEST(FallbackReport, NamesAllCauses) {
 // Many bodies with one cause are counted once a step.
 TEST(FallbackReport, CountsSteps) {
   const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
-  auto* capsule = gpu->shape<btCapsuleShape>(s(0.3), s(0.5));
-  auto* longer = gpu->shape<btCapsuleShape>(s(0.3), s(0.9));
-  for (int i = 0; i < 5; ++i) gpu->objects->add(1, i % 2 ? capsule : longer, btVector3(s(-5 - 2 * i), 1, 0));
+  for (int i = 1; i < 5; ++i) setFlag(*gpu->bodies[size_t(i)], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true);
   gpu->step(4);
   EXPECT_EQ(gpu->gpu().fallbackReport().size(), 1u) << reportText(gpu->gpu());
-  EXPECT_EQ(reported(gpu->gpu(), "CapsuleShape shape").m_count, 4u);
+  EXPECT_EQ(reported(gpu->gpu(), "friction anchor").m_count, 4u);
 }
 
 // A body whose shape is taken away while it is in the world has no proxy any more... and neither have bodies

@@ -46,7 +46,8 @@ class UpdateAabbsTest : public DeviceTest {
 
   static UpdatedAabbs reference(const Stage20Input& in, const StepSettings& settings) {
     return updateAabbsReference(makeStepParams(settings, {}, false), in.world.infos.values, in.world.shapes.values,
-                                in.world.poses.values, in.steps, in.world.activations.values, in.oldAabbs);
+                                in.world.poses.values, in.steps, in.world.activations.values, in.oldAabbs,
+                                in.world.hostAabbs);
   }
 
   UpdatedAabbs device(const Stage20Input& in, const StepSettings& settings) {
@@ -98,6 +99,34 @@ class UpdateAabbsTest : public DeviceTest {
     EXPECT_NEAR(actual, expected, kTolerance * scale) << "AABB of body " << i;
   }
 };
+
+// A shape that only the host knows comes with its AABB: taken as it is, whatever the body does. Others of the same
+// world are as ever.
+TEST_F(UpdateAabbsTest, HostShapesBringTheirAabbSmall) {
+  WorldBuilder b;
+  const int ball = b.sphere(1), foreign = b.sphere(1);
+  b.shape(foreign).type = SHAPE_HOST;
+  for (int i = 0; i < 6; ++i) b.add(i % 2 ? foreign : ball, {float(3 * i), 0, 0, 0}, i < 4 ? 1.0f : 0.0f);
+  b.activation(3).state = STATE_SLEEPING;
+  Stage20Input in = inputOf(b);
+  in.world.hostAabbs.resize(6);
+  for (uint i = 1; i < 6; i += 2)
+    in.world.hostAabbs[i] = {{-1.0f * float(i), -2, -3, 0}, {4, 5e7f, 6.0f * float(i), 0}};
+  for (const bool forceAll : {true, false}) {
+    StepSettings settings;
+    settings.forceUpdateAllAabbs = forceAll;
+    const UpdatedAabbs actual = device(in, settings), expected = reference(in, settings);
+    for (uint i = 0; i < 6; ++i) {
+      EXPECT_EQ(actual.activations[i].state, in.world.activations.values[i].state);
+      if (i % 2) {
+        EXPECT_TRUE(sameBits(actual.aabbs[i], in.world.hostAabbs[i])) << i;
+        EXPECT_TRUE(sameBits(expected.aabbs[i], in.world.hostAabbs[i])) << i;
+      } else {
+        EXPECT_FLOAT_EQ(actual.aabbs[i].lower.x, expected.aabbs[i].lower.x) << i;
+      }
+    }
+  }
+}
 
 TEST_F(UpdateAabbsTest, OneOfEachShapeSmall) {
   WorldBuilder b;

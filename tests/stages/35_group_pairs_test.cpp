@@ -163,6 +163,21 @@ TEST_F(GroupPairsTest, PairsOfInactiveBodiesAreCarriedSmall) {
   }
 }
 
+// By its shape or by a flag a body makes all its pairs the host's, asleep or not; what the device knew of them is gone.
+TEST_F(GroupPairsTest, PairsOfTheHostSmall) {
+  WorldBuilder b = twoOfEach();
+  b.shape(b.info(2).shapeIndex).type = SHAPE_HOST;  // both boxes
+  b.info(0).flags |= BODY_HOST_CONTACTS;
+  b.activation(2).state = b.activation(3).state = STATE_SLEEPING;
+  Stage35Input in = inputOf(b);
+  in.keys = in.oldKeys = allKeys(6);
+  for (const Pair& p : expectAsReference(in).pairs) {
+    const auto onHost = [](uint body) { return body == 0 || body == 2 || body == 3; };
+    EXPECT_EQ(p.bucket == BUCKET_HOST, onHost(p.bodyA) || onHost(p.bodyB)) << p.bodyA << ", " << p.bodyB;
+    EXPECT_EQ(p.oldManifold == NO_INDEX, p.bucket == BUCKET_HOST);
+  }
+}
+
 TEST_F(GroupPairsTest, NothingAfterAnOverflowSmall) {
   Stage35Input in = inputOf(twoOfEach());
   in.keys = allKeys(6);

@@ -24,7 +24,7 @@ struct IslandScene {
   WorldBuilder builder;
   std::vector<BodyStep> steps;
   std::vector<Pair> pairs;
-  std::vector<Manifold> manifolds;
+  std::vector<Manifold> manifolds, hostManifolds;
   StepSettings settings;
   JointScene joints;
 
@@ -50,6 +50,14 @@ struct IslandScene {
     m.pointCount = points;
     manifolds.push_back(m);
   }
+  // A manifold that the host found for a pair; there may be several.
+  void touchOnHost(uint a, uint b, int points = 4) {
+    Manifold m{};
+    m.bodyA = a;
+    m.bodyB = b;
+    m.pointCount = points;
+    hostManifolds.push_back(m);
+  }
   void touchChain(const std::vector<uint>& bodies) {
     for (size_t i = 1; i < bodies.size(); ++i) touch(bodies[i - 1], bodies[i]);
   }
@@ -64,14 +72,20 @@ class BuildIslandsTest : public DeviceTest {
   IslandResult device(const IslandScene& scene, size_t spare = 0) {
     Capacities room;
     room.bodies = scene.bodyCount() + 3;
-    room.pairs = scene.pairs.size() + spare;
+    room.pairs = scene.pairs.size() + scene.hostManifolds.size() + spare;
     room.slots = BTGPU_LANES;
     if (room.pairs == 0) room.pairs = 1;
     StageBench bench(queue(), scene.joints.addTo(scene.builder.finish()), scene.settings, room);
     DeviceWorld& world = bench.world();
     bench.poison(world.jointSolved);
     bench.setPairs(scene.pairs);
-    bench.setManifolds(scene.manifolds);
+    std::vector<Manifold> manifolds = scene.manifolds;
+    manifolds.insert(manifolds.end(), scene.hostManifolds.begin(), scene.hostManifolds.end());
+    bench.setManifolds(manifolds);
+    StepParams params = bench.params();
+    params.hostManifoldCount = world.hostManifoldCount = static_cast<uint>(scene.hostManifolds.size());
+    bench.setParams(params);
+    bench.write(world.manifoldCount, {static_cast<uint>(manifolds.size())});
     bench.write(world.steps, scene.steps);
     bench.poison(world.roots);
     bench.poison(world.islandFlags);
@@ -97,8 +111,10 @@ class BuildIslandsTest : public DeviceTest {
 
   static IslandsReference reference(const IslandScene& scene) {
     const WorldInput in = scene.builder.finish();
+    std::vector<Manifold> manifolds = scene.manifolds;
+    manifolds.insert(manifolds.end(), scene.hostManifolds.begin(), scene.hostManifolds.end());
     return buildIslandsReference(makeStepParams(scene.settings, {}, false), in.infos.values, scene.steps,
-                                 in.activations.values, scene.pairs, scene.manifolds, scene.joints.joints);
+                                 in.activations.values, scene.pairs, manifolds, scene.joints.joints);
   }
 
   IslandResult expectAsReference(const IslandScene& scene, size_t spare = 0) {
@@ -118,6 +134,42 @@ class BuildIslandsTest : public DeviceTest {
     return actual;
   }
 };
+
+// ---- manifolds of the host
+
+TEST_F(BuildIslandsTest, HostManifoldsAreSelectedBehindThoseOfThePairsSmall) {
+  IslandScene scene(6);
+  scene.setFlags(5, BODY_STATIC);
+  scene.touch(0, 1);
+  scene.touch(2, 3, 0, BUCKET_HOST);
+  scene.touch(4, 5, 0, BUCKET_HOST);
+  scene.touchOnHost(2, 3);
+  scene.touchOnHost(2, 3, 1);
+  scene.touchOnHost(4, 5, 0);
+  scene.touchOnHost(4, 5, 2);
+  const auto result = expectAsReference(scene);
+  EXPECT_EQ(result.constraints, (std::vector<uint>{0, 3, 4, 6}));
+  EXPECT_EQ(result.contactPoints, 4u + 4 + 1 + 2);
+  EXPECT_EQ(result.roots, (std::vector<uint>{0, 0, 2, 2, 4, 5}));
+}
+
+TEST_F(BuildIslandsTest, HostManifoldsWakeByContactSmall) {
+  for (const bool byContact : {false, true}) {
+    IslandScene scene(6, STATE_SLEEPING);
+    scene.settings.wakeByContact = byContact;
+    for (const uint platform : {1u, 3u}) {
+      scene.setFlags(platform, BODY_KINEMATIC);
+      scene.activation(platform).state = STATE_ACTIVE;
+    }
+    scene.touch(0, 1, 0, BUCKET_HOST);
+    scene.touch(2, 3, 0, BUCKET_HOST);
+    scene.touchOnHost(0, 1, 0);
+    scene.touchOnHost(3, 2, 1);
+    const auto result = expectAsReference(scene);
+    EXPECT_EQ(result.activations[0].state, byContact ? STATE_SLEEPING : STATE_ACTIVE);
+    EXPECT_EQ(result.activations[2].state, STATE_ACTIVE);
+  }
+}
 
 // ---- roots
 
@@ -416,7 +468,8 @@ TEST_F(BuildIslandsTest, RandomJoints) {
     scene.joints = randomJoints(random, moves, 700);
     for (Joint& j : scene.joints.joints) {
       for (uint* island : {&j.islandA, &j.islandB}) {
-        if (*island != NO_INDEX && (in.infos.values[*island].flags & (BODY_STATIC | BODY_KINEMATIC))) *island = NO_INDEX;
+        if (*island != NO_INDEX && (in.infos.values[*island].flags & (BODY_STATIC | BODY_KINEMATIC)))
+          *island = NO_INDEX;
       }
     }
     const auto result = expectAsReference(scene);

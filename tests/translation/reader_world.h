@@ -133,6 +133,12 @@ class ReaderWorld {
     for (const auto& entry : missing.entries()) text += entry.what + ": " + entry.reason + "\n";
     return text;
   }
+  // Names of what the host has to collide.
+  std::string hostText() const {
+    std::string text;
+    for (const auto& entry : reader.hostShares().entries()) text += entry.what + "\n";
+    return text;
+  }
 
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher;
@@ -183,7 +189,7 @@ class ReaderWorld {
     EXPECT_TRUE(sameBytes(record.activation, device.activations.values[at])) << "activation " << at;
     expectPose(object, device.poses.values[at], at);
     const Shape& shape = device.shapes.values.at(static_cast<size_t>(shapeIndex));
-    const float expected = sizeOf(*object.getCollisionShape());
+    const float expected = shape.type == SHAPE_HOST ? 0 : sizeOf(*object.getCollisionShape());
     EXPECT_EQ(shape.extents.x, expected) << "shape of " << at;
   }
   // A pose on the device is a float relative to the region origin: half a unit of it, plus, far from the

@@ -96,50 +96,38 @@ class OwnSphere : public btSphereShape {
 };
 
 // Each kind is named once a step, however many bodies have it, and is gone when the last one is.
-TEST(Shapes, WhatTheDeviceLacksIsNamed) {
+TEST(Shapes, WhatTheDeviceLacksGoesToTheHostByName) {
   FourBodies w;
   auto* compound = w.shape<btCompoundShape>();
   compound->addChildShape(btTransform::getIdentity(), w.box);
-  auto* capsule = w.shape<btCapsuleShape>(s(1), s(1));
+  auto* cone = w.shape<btConeShape>(s(1), s(1));
   auto* own = w.shape<OwnSphere>(s(1));
   w.bodies[0]->setCollisionShape(compound);
-  w.bodies[1]->setCollisionShape(capsule);
+  w.bodies[1]->setCollisionShape(cone);
   w.bodies[2]->setCollisionShape(compound);
   btRigidBody* fresh = w.add(1, own, btVector3(0, 9, 0));
   w.bodies[3]->setFriction(s(0.125));
   for (int i = 0; i < 2; ++i) {
     w.read();
-    EXPECT_EQ(w.missingText(),
-              "Compound shape: not on the device yet\nCapsuleShape shape: not on the device yet\n"
-              "SPHERE shape: not on the device yet\n");
+    EXPECT_EQ(w.hostText(), "Compound shape\nCone shape\nSPHERE shape\n");
+    EXPECT_TRUE(w.missing.empty()) << w.missingText();
+    EXPECT_EQ(shapeOf(w, w.bodies[1]).type, SHAPE_HOST);
+    EXPECT_TRUE(w.reader.slots()[0].onHost);
+    EXPECT_FALSE(w.reader.slots()[3].onHost);
   }
   EXPECT_EQ(w.device.materials.values[3].friction, 0.125f) << "the others are read nevertheless";
 
   w.bodies[0]->setCollisionShape(w.box);
   w.bodies[2]->setCollisionShape(w.ball);
   w.read();
-  EXPECT_EQ(w.missingText(), "CapsuleShape shape: not on the device yet\nSPHERE shape: not on the device yet\n");
+  EXPECT_EQ(w.hostText(), "Cone shape\nSPHERE shape\n");
+  EXPECT_TRUE(w.reader.hostBodiesChanged());
   w.bodies[1]->setCollisionShape(w.box);
   w.world.removeRigidBody(fresh);
   w.step();
-  EXPECT_TRUE(w.missing.empty()) << w.missingText();
+  EXPECT_EQ(w.hostText(), "");
   EXPECT_EQ(shapeOf(w, w.bodies[2]).type, SHAPE_SPHERE);
   EXPECT_EQ(w.step(), Upload{});
-}
-
-// A body whose shape goes and comes back, with changes on the way that the device has to learn of later.
-TEST(Shapes, ChangesBehindAnUnsupportedShapeAreMadeUpFor) {
-  FourBodies w;
-  auto* capsule = w.shape<btCapsuleShape>(s(1), s(1));
-  w.bodies[1]->setCollisionShape(capsule);
-  w.read();
-  EXPECT_FALSE(w.missing.empty());
-  w.bodies[1]->setFriction(s(0.75));
-  w.bodies[1]->getWorldTransform().setOrigin(btVector3(0, 30, 0));
-  w.read();
-  w.bodies[1]->setCollisionShape(w.box);
-  EXPECT_EQ(w.step(), (Upload{{"materials", {1}}, {"poses", {1}}}));
-  EXPECT_TRUE(w.missing.empty());
 }
 
 TEST(Shapes, PlanesDoNotMove) {
