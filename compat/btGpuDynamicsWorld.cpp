@@ -177,6 +177,22 @@ const char* btGpuDynamicsWorld::overriddenStage() const {
   return nullptr;
 }
 
+bool btGpuDynamicsWorld::overridesUpdateAabbs() const {
+  const void* own = btgpu::findState(this)->ownTable;
+  return entryOf(own, &btGpuDynamicsWorld::updateAabbs) != entryOf(tableOf(this), &btGpuDynamicsWorld::updateAabbs);
+}
+
+void btGpuDynamicsWorld::applyGravity() { btgpu::applyGravityTo(m_nonStaticRigidBodies); }
+void btGpuDynamicsWorld::clearForces() { btgpu::clearForcesOf(m_nonStaticRigidBodies); }
+
+void btGpuDynamicsWorld::saveKinematicState(btScalar timeStep) {
+  for (const int i : btgpu::awakeKinematicBodies(m_collisionObjects)) {
+    if (i >= m_collisionObjects.size()) break;  // the motion state that was asked last took bodies out
+    btRigidBody* body = btRigidBody::upcast(m_collisionObjects[i]);
+    if (body && body->isKinematicObject()) body->saveKinematicState(timeStep);
+  }
+}
+
 btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
                                        btConstraintSolver* constraintSolver,
                                        btCollisionConfiguration* collisionConfiguration)
@@ -341,13 +357,12 @@ bool btGpuDynamicsWorld::findHostContacts(btScalar timeStep, bool hostPairsDone,
 // What stock's step does for the broadphase: AABBs that cover the predicted motion, then the overlapping
 // pairs.
 void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
-  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
-    btRigidBody* body = m_nonStaticRigidBodies[i];
-    if (!body->isStaticOrKinematicObject()) {
-      body->predictIntegratedTransform(timeStep, body->getInterpolationWorldTransform());
-    }
+  btgpu::predictTransforms(m_nonStaticRigidBodies, timeStep);
+  if (overridesUpdateAabbs()) {
+    updateAabbs();
+  } else {
+    btgpu::findState(this)->aabbs.update(*this);
   }
-  updateAabbs();
   computeOverlappingPairs();
 }
 

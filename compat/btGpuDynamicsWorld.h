@@ -98,11 +98,17 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   /// set.
   std::vector<btGpuStageTime> takeProfile();
 
+  /// As in the base class, on several threads.
+  virtual void applyGravity() override;
+  virtual void clearForces() override;
+
  protected:
   virtual void internalSingleStepSimulation(btScalar timeStep) override;
+  virtual void saveKinematicState(btScalar timeStep) override;
 
  private:
   const char* overriddenStage() const;
+  bool overridesUpdateAabbs() const;
   bool deviceStep(btScalar timeStep);
   bool findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing);
   void updateHostBroadphase(btScalar timeStep);

@@ -13,6 +13,7 @@
 #include "../translation/contact_writer.h"
 #include "../translation/read_joints.h"
 #include "../translation/read_world.h"
+#include "../translation/world_loops.h"
 #include "btGpuDynamicsWorld.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -25,6 +26,7 @@ struct WorldState {
   WorldReader reader;
   ContactWriter contacts;
   HostContacts hostContacts;
+  AabbUpdater aabbs;
   JointReader joints;
   std::unique_ptr<Engine> engine;
   std::string engineError;  // why there is no engine; it is not tried again until configure()

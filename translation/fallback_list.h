@@ -31,6 +31,9 @@ class FallbackList {
     }
     m_entries.push_back({what, reason, count, wholeStep});
   }
+  void addAll(const FallbackList& other) {
+    for (const auto& entry : other.m_entries) add(entry.what, entry.reason, entry.count, entry.wholeStep);
+  }
   // Counts each entry of one step's list once.
   void addStep(const FallbackList& step) {
     for (const auto& entry : step.m_entries) add(entry.what, entry.reason, 1, entry.wholeStep);

@@ -44,3 +44,17 @@ void parallelFor(std::size_t count, std::size_t grain, const std::function<void(
 }  // namespace btgpu
 
 #endif
+
+namespace btgpu {
+
+void parallelChunks(std::size_t count, std::size_t chunkSize,
+                    const std::function<void(std::size_t, std::size_t, std::size_t)>& work) {
+  parallelFor(chunkCount(count, chunkSize), 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t chunk = first; chunk < last; ++chunk) {
+      const std::size_t end = (chunk + 1) * chunkSize;
+      work(chunk, chunk * chunkSize, end < count ? end : count);
+    }
+  });
+}
+
+}  // namespace btgpu

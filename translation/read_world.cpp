@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "convert.h"
+#include "parallel.h"
 #include "read_bodies.h"
 #include "support_check.h"
 
@@ -19,10 +20,10 @@ bool sameBits(const T& a, const T& b) {
 }
 
 template <typename T>
-void update(Tracked<T>& tracked, std::uint32_t i, const T& value) {
+void update(Tracked<T>& tracked, std::uint32_t i, const T& value, std::vector<std::uint32_t>& changed) {
   if (sameBits(tracked.values[i], value)) return;
   tracked.values[i] = value;
-  tracked.changed.push_back(i);
+  changed.push_back(i);
 }
 
 // Only the rotation and the position count, not the padding of Bullet's vectors.
@@ -32,6 +33,8 @@ bool sameTransform(const btTransform& a, const btTransform& b) {
   }
   return std::memcmp(&a.getOrigin(), &b.getOrigin(), 3 * sizeof(btScalar)) == 0;
 }
+
+constexpr std::size_t kChunk = 512;  // objects a thread reads at a time
 
 BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
 
@@ -46,17 +49,79 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
                                              btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
   findObjects(world.getCollisionObjectArray());
 
-  const btAlignedObjectArray<btRigidBody*>& nonStatic = world.getNonStaticRigidBodies();
-  for (int i = 0; i < nonStatic.size(); ++i) {
-    const int position = nonStatic[i]->getWorldArrayIndex();
-    if (position < 0 || position >= static_cast<int>(m_order.size())) continue;
-    BodySlot& slot = m_slots[m_order[static_cast<std::size_t>(position)]];
-    if (slot.object == nonStatic[i]) slot.integrated = m_step;
-  }
+  markIntegrated(world.getNonStaticRigidBodies());
   chooseRegion(missing);
-  for (const std::uint32_t slot : m_order) readObject(world, slot, missing, notes);
+  readShapes(world, missing);
+  readObjects(missing, notes);
   m_shapes.end();
   sortChanges();
+}
+
+void WorldReader::markIntegrated(const btAlignedObjectArray<btRigidBody*>& bodies) {
+  parallelFor(static_cast<std::size_t>(bodies.size()), kChunk, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const btRigidBody* body = bodies[static_cast<int>(i)];
+      const int position = body->getWorldArrayIndex();
+      if (position < 0 || position >= static_cast<int>(m_order.size())) continue;
+      BodySlot& slot = m_slots[m_order[static_cast<std::size_t>(position)]];
+      if (slot.object == body) slot.integrated = m_step;
+    }
+  });
+}
+
+// Objects are checked and their shapes noted on several threads, since it is waiting for memory that takes the time;
+// the table of shapes is kept by one.
+void WorldReader::readShapes(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+  const std::size_t count = m_order.size();
+  m_orderShapes.assign(count, nullptr);
+  m_orderShapeIndices.assign(count, -1);
+  std::vector<FallbackList> missed(chunkCount(count, kChunk));
+  parallelChunks(count, kChunk, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      const btCollisionObject& object = *m_slots[m_order[k]].object;
+      if (!checkObject(world, object, btRigidBody::upcast(&object), missed[chunk])) continue;
+      m_orderShapes[k] = object.getCollisionShape();
+    }
+  });
+  for (const FallbackList& list : missed) missing.addAll(list);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (m_orderShapes[k])
+      m_orderShapeIndices[k] = m_shapes.read(m_orderShapes[k], m_input.shapes, missing, m_hostShares);
+  }
+}
+
+void WorldReader::readObjects(FallbackList& missing, FallbackList& notes) {
+  m_changes.resize(std::max(m_changes.size(), chunkCount(m_order.size(), kChunk)));
+  parallelChunks(m_order.size(), kChunk, [this](std::size_t chunk, std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      if (m_orderShapeIndices[k] >= 0) readObject(m_order[k], m_orderShapeIndices[k], m_changes[chunk]);
+    }
+  });
+  for (Changes& changes : m_changes) take(changes, missing, notes);
+}
+
+void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& notes) {
+  const auto append = [](std::vector<std::uint32_t>& to, std::vector<std::uint32_t>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+    from.clear();
+  };
+  append(m_input.infos.changed, changes.infos);
+  append(m_input.poses.changed, changes.poses);
+  append(m_input.velocities.changed, changes.velocities);
+  append(m_input.forces.changed, changes.forces);
+  append(m_input.masses.changed, changes.masses);
+  append(m_input.materials.changed, changes.materials);
+  append(m_input.dampings.changed, changes.dampings);
+  append(m_input.activations.changed, changes.activations);
+  append(m_input.born, changes.born);
+  missing.addAll(changes.missing);
+  notes.addAll(changes.notes);
+  m_hostShares.addAll(changes.hostShares);
+  m_hostBodiesChanged = m_hostBodiesChanged || changes.hostBodiesChanged;
+  changes.missing.clear();
+  changes.notes.clear();
+  changes.hostShares.clear();
+  changes.hostBodiesChanged = false;
 }
 
 // Gives every object of the world its slot: objects that stayed keep theirs, slots of those that left become
@@ -79,7 +144,7 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
   }
   removeUnseen();
   for (const std::uint32_t slot : m_addedAgain) {
-    if (m_slots[slot].object) becomeNew(slot);
+    if (m_slots[slot].object) becomeNew(slot, m_input.born);
   }
   m_addedAgain.clear();
   for (const std::uint32_t i : m_newObjects) {
@@ -94,8 +159,8 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
 }
 
 // Of an object that left and came back: it keeps its slot and nothing of what the last step knew of it.
-void WorldReader::becomeNew(std::uint32_t slot) {
-  m_input.born.push_back(slot);
+void WorldReader::becomeNew(std::uint32_t slot, std::vector<std::uint32_t>& born) {
+  born.push_back(slot);
   m_slots[slot].deviceQuarantined = false;
 }
 
@@ -109,7 +174,7 @@ void WorldReader::removeUnseen() {
     if (!m_slots[slot].object || m_slots[slot].seen == m_step) continue;
     m_index.erase(slot);
     m_slots[slot] = BodySlot{};
-    update(m_input.infos, slot, BodyInfo{});
+    update(m_input.infos, slot, BodyInfo{}, m_input.infos.changed);
   }
 }
 
@@ -167,41 +232,36 @@ double WorldReader::Bounds::farthestFrom(const double (&origin)[3]) const {
   return farthest;
 }
 
-void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, FallbackList& missing,
-                             FallbackList& notes) {
+void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) {
   BodySlot& slot = m_slots[i];
-  btCollisionObject& object = *slot.object;
-  const btRigidBody* rigid = btRigidBody::upcast(&object);
-  if (!checkObject(world, object, rigid, missing)) return;
-  const int shapeIndex = m_shapes.read(object.getCollisionShape(), m_input.shapes, missing, m_hostShares);
-  if (shapeIndex < 0) return;
+  const btCollisionObject& object = *slot.object;
   const int shapeType = m_input.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
   if (shapeType == SHAPE_PLANE && !object.isStaticOrKinematicObject()) {
-    missing.add("plane on a body that moves", "Bullet's planes are static");
+    changes.missing.add("plane on a body that moves", "Bullet's planes are static");
     return;
   }
 
   BodyRecord record = readBody(object, shapeIndex, isIntegrated(i));
   if (const char* callback = m_globalCallback ? m_globalCallback : contactCallback(object)) {
     record.info.flags |= BODY_HOST_CONTACTS;
-    m_hostShares.addShare(callback, "contacts by Bullet's own algorithm on the CPU");
+    changes.hostShares.addShare(callback, "contacts by Bullet's own algorithm on the CPU");
   }
   const bool onHost = shapeType == SHAPE_HOST || (record.info.flags & BODY_HOST_CONTACTS);
-  if (onHost != slot.onHost) m_hostBodiesChanged = true;
+  if (onHost != slot.onHost) changes.hostBodiesChanged = true;
   slot.onHost = onHost;
   const bool moved = !slot.poseKnown || !sameTransform(slot.lastTransform, object.getWorldTransform());
   const BodyPose pose = moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
   const BodyInfo& known = m_input.infos.values[i];
   // With btDbvtBroadphase the proxy's id changes when an object leaves and comes back, whoever took it there.
-  if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) becomeNew(i);
+  if ((known.flags & BODY_PRESENT) && known.uniqueId != record.info.uniqueId) becomeNew(i, changes.born);
 
   const bool wasQuarantined = slot.quarantined;
   slot.quarantined = !isFiniteBody(record, pose);
   if (slot.quarantined) {
     if (!wasQuarantined)
-      notes.addShare("body", "NaN or infinite state: left out until the application gives it a finite one");
+      changes.notes.addShare("body", "NaN or infinite state: left out until the application gives it a finite one");
     record.info.flags |= BODY_QUARANTINED;
-    update(m_input.infos, i, record.info);
+    update(m_input.infos, i, record.info, changes.infos);
     return;
   }
   // Quarantine by the device ends when the application gives the body a new state.
@@ -210,17 +270,17 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   }
   if (slot.deviceQuarantined) record.info.flags |= BODY_QUARANTINED;
 
-  update(m_input.infos, i, record.info);
-  update(m_input.velocities, i, record.velocity);
-  update(m_input.forces, i, record.forces);
-  update(m_input.masses, i, record.mass);
-  update(m_input.materials, i, record.material);
-  update(m_input.dampings, i, record.damping);
-  update(m_input.activations, i, record.activation);
+  update(m_input.infos, i, record.info, changes.infos);
+  update(m_input.velocities, i, record.velocity, changes.velocities);
+  update(m_input.forces, i, record.forces, changes.forces);
+  update(m_input.masses, i, record.mass, changes.masses);
+  update(m_input.materials, i, record.material, changes.materials);
+  update(m_input.dampings, i, record.damping, changes.dampings);
+  update(m_input.activations, i, record.activation, changes.activations);
   if (moved) {
     slot.lastTransform = object.getWorldTransform();
     slot.poseKnown = true;
-    update(m_input.poses, i, pose);
+    update(m_input.poses, i, pose, changes.poses);
   }
 }
 

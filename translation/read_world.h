@@ -68,7 +68,7 @@ class WorldReader {
  private:
   void findObjects(const btCollisionObjectArray& objects);
   void removeUnseen();
-  void becomeNew(std::uint32_t slot);
+  void becomeNew(std::uint32_t slot, std::vector<std::uint32_t>& born);
   void growTo(std::uint32_t slotCount);
   struct Bounds {
     double lower[3] = {1e300, 1e300, 1e300}, upper[3] = {-1e300, -1e300, -1e300};
@@ -77,14 +77,27 @@ class WorldReader {
   };
   void chooseRegion(FallbackList& missing);
   Bounds boundsOfMoving() const;  // positions of the bodies that move
-  void readObject(btDiscreteDynamicsWorld& world, std::uint32_t slot, FallbackList& missing, FallbackList& notes);
+  // What one thread found out about some objects.
+  struct Changes {
+    std::vector<std::uint32_t> infos, poses, velocities, forces, masses, materials, dampings, activations, born;
+    FallbackList missing, notes, hostShares;
+    bool hostBodiesChanged = false;
+  };
+  void markIntegrated(const btAlignedObjectArray<btRigidBody*>& bodies);
+  void readShapes(btDiscreteDynamicsWorld& world, FallbackList& missing);
+  void readObjects(FallbackList& missing, FallbackList& notes);
+  void readObject(std::uint32_t slot, int shapeIndex, Changes& changes);
+  void take(Changes& changes, FallbackList& missing, FallbackList& notes);
   void sortChanges();
 
   IndexMap m_index;
   std::vector<BodySlot> m_slots;
-  std::vector<std::uint32_t> m_order;       // slot of each object, in the world's order
-  std::vector<std::uint32_t> m_addedAgain;  // slots of objects that were added while they had one
-  std::vector<std::uint32_t> m_newObjects;  // positions in the world of objects without a slot yet
+  std::vector<std::uint32_t> m_order;                  // slot of each object, in the world's order
+  std::vector<std::uint32_t> m_addedAgain;             // slots of objects that were added while they had one
+  std::vector<std::uint32_t> m_newObjects;             // positions in the world of objects without a slot yet
+  std::vector<const btCollisionShape*> m_orderShapes;  // of each object in m_order; null: it can't be used
+  std::vector<int> m_orderShapeIndices;                // likewise; -1
+  std::vector<Changes> m_changes;                      // by chunk
   ShapeReader m_shapes;
   WorldInput m_input;
   std::uint32_t m_step = 0;

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "world_loops.h"
+
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+
+#include <algorithm>
+#include <typeinfo>
+
+#include "parallel.h"
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+constexpr std::size_t kGrain = 1024;
+
+template <typename Work>
+void forEach(const BodyArray& bodies, const Work& work) {
+  parallelFor(static_cast<std::size_t>(bodies.size()), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) work(*bodies[static_cast<int>(i)]);
+  });
+}
+
+// Shapes whose getAabb only reads. A shape of the application's own may do anything.
+bool isBulletsOwn(const btCollisionShape& shape) {
+  static const std::type_info* const kKnown[] = {
+      &typeid(btBoxShape),         &typeid(btSphereShape),          &typeid(btStaticPlaneShape),
+      &typeid(btCapsuleShape),     &typeid(btCapsuleShapeX),        &typeid(btCapsuleShapeZ),
+      &typeid(btConvexHullShape),  &typeid(btCompoundShape),        &typeid(btCylinderShape),
+      &typeid(btCylinderShapeX),   &typeid(btCylinderShapeZ),       &typeid(btConeShape),
+      &typeid(btMultiSphereShape), &typeid(btBvhTriangleMeshShape), &typeid(btHeightfieldTerrainShape)};
+  const std::type_info& type = typeid(shape);
+  return std::any_of(std::begin(kKnown), std::end(kKnown), [&](const std::type_info* t) { return *t == type; });
+}
+
+}  // namespace
+
+void applyGravityTo(const BodyArray& bodies) {
+  forEach(bodies, [](btRigidBody& body) {
+    if (body.isActive()) body.applyGravity();
+  });
+}
+
+void clearForcesOf(const BodyArray& bodies) {
+  forEach(bodies, [](btRigidBody& body) { body.clearForces(); });
+}
+
+void predictTransforms(const BodyArray& bodies, btScalar timeStep) {
+  forEach(bodies, [timeStep](btRigidBody& body) {
+    if (!body.isStaticOrKinematicObject()) {
+      body.predictIntegratedTransform(timeStep, body.getInterpolationWorldTransform());
+    }
+  });
+}
+
+std::vector<int> awakeKinematicBodies(const btCollisionObjectArray& objects) {
+  const auto count = static_cast<std::size_t>(objects.size());
+  std::vector<std::vector<int>> found(chunkCount(count, kGrain));
+  parallelChunks(count, kGrain, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const btRigidBody* body = btRigidBody::upcast(objects[static_cast<int>(i)]);
+      if (body && body->getActivationState() != ISLAND_SLEEPING && body->isKinematicObject()) {
+        found[chunk].push_back(static_cast<int>(i));
+      }
+    }
+  });
+  std::vector<int> all;
+  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+AabbUpdater::Bounds AabbUpdater::boundsOf(const btCollisionWorld& world, btCollisionObject& object) {
+  Bounds b{btVector3(0, 0, 0), btVector3(0, 0, 0), Bounds::Skip};
+  if (!world.getForceUpdateAllAabbs() && !object.isActive()) return b;
+  b.what = Bounds::AskStock;
+  const btCollisionShape& shape = *object.getCollisionShape();
+  if (!isBulletsOwn(shape)) return b;
+  const btVector3 threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold);
+  shape.getAabb(object.getWorldTransform(), b.lower, b.upper);
+  b.lower -= threshold;
+  b.upper += threshold;
+  if (world.getDispatchInfo().m_useContinuous && object.getInternalType() == btCollisionObject::CO_RIGID_BODY &&
+      !object.isStaticOrKinematicObject()) {
+    btVector3 lower, upper;
+    shape.getAabb(object.getInterpolationWorldTransform(), lower, upper);
+    b.lower.setMin(lower - threshold);
+    b.upper.setMax(upper + threshold);
+  }
+  // What is too large stock takes out of the world, and says so.
+  if (object.isStaticObject() || (b.upper - b.lower).length2() < btScalar(1e12)) b.what = Bounds::Set;
+  return b;
+}
+
+void AabbUpdater::update(btCollisionWorld& world) {
+  const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+  const auto count = static_cast<std::size_t>(objects.size());
+  m_bounds.resize(count);
+  parallelFor(count, kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) m_bounds[i] = boundsOf(world, *objects[static_cast<int>(i)]);
+  });
+  for (std::size_t i = 0; i < count; ++i) {
+    btCollisionObject* object = objects[static_cast<int>(i)];
+    const Bounds& b = m_bounds[i];
+    if (b.what == Bounds::Set) {
+      world.getBroadphase()->setAabb(object->getBroadphaseHandle(), b.lower, b.upper, world.getDispatcher());
+    } else if (b.what == Bounds::AskStock) {
+      world.updateSingleAabb(object);
+    }
+  }
+}
+
+BTGPU_TRANSLATION_END
