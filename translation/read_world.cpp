@@ -54,7 +54,11 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
     if (slot.object == nonStatic[i]) slot.integrated = m_step;
   }
   chooseRegion(missing);
-  for (const std::uint32_t slot : m_order) readObject(world, slot, missing, notes);
+  m_input.ignoredPairs.clear();
+  for (const std::uint32_t slot : m_order) {
+    readObject(world, slot, missing, notes);
+    readIgnoredPairs(*m_slots[slot].object, slot);
+  }
   m_shapes.end();
   sortChanges();
 }
@@ -231,6 +235,17 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   }
 }
 
+// Either of two objects may list the other (btCollisionDispatcher::needsCollision). The lists may hold objects that are
+// gone: their addresses are only looked up.
+void WorldReader::readIgnoredPairs(btCollisionObject& object, std::uint32_t slot) {
+  for (int k = 0; k < object.getNumObjectsWithoutCollision(); ++k) {
+    const std::uint32_t other = m_index.find(object.getObjectWithoutCollision(k));
+    if (other == kNoSlot || other == slot) continue;
+    const std::uint64_t low = std::min(slot, other), high = std::max(slot, other);
+    m_input.ignoredPairs.push_back(low << 32 | high);
+  }
+}
+
 void WorldReader::sortChanges() {
   WorldInput& in = m_input;
   for (auto* list :
@@ -239,6 +254,9 @@ void WorldReader::sortChanges() {
     std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
+  auto& ignored = in.ignoredPairs;
+  std::sort(ignored.begin(), ignored.end());
+  ignored.erase(std::unique(ignored.begin(), ignored.end()), ignored.end());
 }
 
 void WorldReader::acceptResults(const StepResults& results) {

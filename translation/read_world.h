@@ -43,13 +43,6 @@ class WorldReader {
   // Slot of an object that was in the world at the last read, or kNoSlot.
   std::uint32_t findSlot(const btCollisionObject* object) const { return m_index.find(object); }
 
-  // The same for an object whose place in the world's array is current; faster.
-  std::uint32_t slotOf(const btCollisionObject& object) const {
-    const auto position = static_cast<std::size_t>(object.getWorldArrayIndex());
-    if (position >= m_order.size() || m_slots[m_order[position]].object != &object) return findSlot(&object);
-    return m_order[position];
-  }
-
   // Slot of an object of the world; the same without a search.
   std::uint32_t slotOf(const btCollisionObject& object) const;
 
@@ -82,6 +75,7 @@ class WorldReader {
   Bounds boundsOfMoving() const;  // positions of the bodies that move
   void readObject(btDiscreteDynamicsWorld& world, std::uint32_t slot, FallbackList& missing, FallbackList& notes);
   void sortChanges();
+  void readIgnoredPairs(btCollisionObject& object, std::uint32_t slot);
 
   IndexMap m_index;
   std::vector<BodySlot> m_slots;
