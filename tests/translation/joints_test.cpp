@@ -40,6 +40,7 @@ struct Pair {
   explicit Pair(const JointMaker& make) {
     addJointBodies(w.objects, a, b);
     joint = make(w.objects, *a, *b);
+    for (btRigidBody* body : {a, b}) body->setFlags(0);  // no gyroscopic term, which the solver keeps to itself
     btContactSolverInfo& info = w.world.getSolverInfo();
     info.m_erp = scalar(0.3);  // nothing at its default
     info.m_damping = scalar(0.9);
