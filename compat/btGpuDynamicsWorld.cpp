@@ -366,6 +366,16 @@ void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
   computeOverlappingPairs();
 }
 
+// Stock takes the island tag of a joint's body for an index, also of one that left the world, and then it is the tag that
+// its last step in the world gave it. A body that only ever stepped on the device has none: the first island's will do.
+void btGpuDynamicsWorld::giveIslandTags() {
+  for (int i = 0; i < m_constraints.size(); ++i) {
+    for (btRigidBody* body : {&m_constraints[i]->getRigidBodyA(), &m_constraints[i]->getRigidBodyB()}) {
+      if (!body->isStaticOrKinematicObject() && body->getIslandTag() < 0) body->setIslandTag(0);
+    }
+  }
+}
+
 void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
   const auto state = btgpu::findState(this);
   if (state->lastPath == Path::Device && state->engine && !state->settings.m_contacts) {
@@ -378,6 +388,7 @@ void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
       btgpu::writeManifolds(manifolds, state->reader, *this);
     }
   }
+  giveIslandTags();
   state->lastPath = Path::Stock;
   ++state->statistics.m_stockSteps;
   const PreTickGuard guard(m_internalPreTickCallback);

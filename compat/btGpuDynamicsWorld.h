@@ -113,6 +113,7 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   bool findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing);
   void updateHostBroadphase(btScalar timeStep);
   void stockStep(btScalar timeStep);
+  void giveIslandTags();
 };
 
 static_assert(sizeof(btGpuDynamicsWorld) == sizeof(btDiscreteDynamicsWorld),

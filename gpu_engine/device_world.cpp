@@ -95,6 +95,11 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   uploadBorn(queue, input.born, input.replaceManifolds, oldCount);
   if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
   uploadJoints(queue, input);
+  ignoredCount = static_cast<uint>(input.ignoredPairs.size());
+  if (ignoredCount > 0 && input.ignoredPairs != m_ignoredPairs) {
+    m_ignoredPairs = input.ignoredPairs;
+    ignoredPairs.copyFromHost(queue, m_ignoredPairs, false);
+  }
 }
 
 static bool sameBodies(const std::vector<Joint>& a, const std::vector<Joint>& b) {

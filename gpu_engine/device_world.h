@@ -69,6 +69,9 @@ struct DeviceWorld {
   DeviceArray<uint> constraints{"constraints"};                 // stage 55: manifolds that are solved, ascending
   DeviceArray<uint> constraintCount{"constraint count"};        // 1; stage 55
 
+  DeviceArray<ulong> ignoredPairs{"ignored pairs"};  // host: sorted keys of pairs that must not collide
+  uint ignoredCount = 0;
+
   // ---- joints, in the world's order ---------------------------------------------------------------------------------
   DeviceArray<Joint> joints{"joints"};                     // host
   DeviceArray<JointRow> jointRows{"joint rows"};           // host
@@ -121,6 +124,7 @@ struct DeviceWorld {
   std::vector<Aabb> m_noAabbs;
   bool m_anyBorn = false;
   std::vector<Joint> m_colouredJoints;
+  std::vector<ulong> m_ignoredPairs;
 };
 
 }  // namespace btgpu

@@ -47,6 +47,10 @@ struct WorldInput {
   std::vector<Joint> joints;
   std::vector<JointRow> jointRows;
 
+  // Pairs that must not collide (setIgnoreCollisionCheck, joints between linked bodies): sorted keys, lower body index
+  // << 32 | higher one.
+  std::vector<ulong> ignoredPairs;
+
   // Origin of the region that all positions are relative to, in world coordinates. When it changes, all poses are
   // in poses.changed.
   double regionOrigin[3] = {0, 0, 0};

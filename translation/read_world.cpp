@@ -51,6 +51,7 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
 
   markIntegrated(world.getNonStaticRigidBodies());
   chooseRegion(missing);
+  m_input.ignoredPairs.clear();
   readShapes(world, missing);
   readObjects(missing, notes);
   m_shapes.end();
@@ -94,14 +95,16 @@ void WorldReader::readObjects(FallbackList& missing, FallbackList& notes) {
   m_changes.resize(std::max(m_changes.size(), chunkCount(m_order.size(), kChunk)));
   parallelChunks(m_order.size(), kChunk, [this](std::size_t chunk, std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) {
-      if (m_orderShapeIndices[k] >= 0) readObject(m_order[k], m_orderShapeIndices[k], m_changes[chunk]);
+      const std::uint32_t slot = m_order[k];
+      if (m_orderShapeIndices[k] >= 0) readObject(slot, m_orderShapeIndices[k], m_changes[chunk]);
+      readIgnoredPairs(*m_slots[slot].object, slot, m_changes[chunk].ignoredPairs);
     }
   });
   for (Changes& changes : m_changes) take(changes, missing, notes);
 }
 
 void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& notes) {
-  const auto append = [](std::vector<std::uint32_t>& to, std::vector<std::uint32_t>& from) {
+  const auto append = [](auto& to, auto& from) {
     to.insert(to.end(), from.begin(), from.end());
     from.clear();
   };
@@ -114,6 +117,7 @@ void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& no
   append(m_input.dampings.changed, changes.dampings);
   append(m_input.activations.changed, changes.activations);
   append(m_input.born, changes.born);
+  append(m_input.ignoredPairs, changes.ignoredPairs);
   missing.addAll(changes.missing);
   notes.addAll(changes.notes);
   m_hostShares.addAll(changes.hostShares);
@@ -284,6 +288,15 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
   }
 }
 
+// Either of two objects may list the other (btCollisionDispatcher::needsCollision). The lists may hold objects that are
+// gone: their addresses are only looked up.
+void WorldReader::readIgnoredPairs(btCollisionObject& object, std::uint32_t slot, std::vector<ulong>& ignored) const {
+  for (int k = 0; k < object.getNumObjectsWithoutCollision(); ++k) {
+    const std::uint32_t other = m_index.find(object.getObjectWithoutCollision(k));
+    if (other != kNoSlot && other != slot) ignored.push_back(pairKeyOf(slot, other));
+  }
+}
+
 void WorldReader::sortChanges() {
   WorldInput& in = m_input;
   for (auto* list :
@@ -292,6 +305,9 @@ void WorldReader::sortChanges() {
     std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
+  auto& ignored = in.ignoredPairs;
+  std::sort(ignored.begin(), ignored.end());
+  ignored.erase(std::unique(ignored.begin(), ignored.end()), ignored.end());
 }
 
 void WorldReader::acceptResults(const StepResults& results) {

@@ -80,6 +80,7 @@ class WorldReader {
   // What one thread found out about some objects.
   struct Changes {
     std::vector<std::uint32_t> infos, poses, velocities, forces, masses, materials, dampings, activations, born;
+    std::vector<ulong> ignoredPairs;
     FallbackList missing, notes, hostShares;
     bool hostBodiesChanged = false;
   };
@@ -89,6 +90,7 @@ class WorldReader {
   void readObject(std::uint32_t slot, int shapeIndex, Changes& changes);
   void take(Changes& changes, FallbackList& missing, FallbackList& notes);
   void sortChanges();
+  void readIgnoredPairs(btCollisionObject& object, std::uint32_t slot, std::vector<ulong>& ignored) const;
 
   IndexMap m_index;
   std::vector<BodySlot> m_slots;

@@ -168,8 +168,6 @@ bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& 
     reason = "the stock path decides what to do with it";
   } else if (object.getCollisionFlags() & btCollisionObject::CF_HAS_FRICTION_ANCHOR) {
     what = "friction anchor";
-  } else if (object.getNumObjectsWithoutCollision() > 0) {
-    what = "setIgnoreCollisionCheck";
   } else if (rigid && !rigid->isStaticOrKinematicObject() && rigid->getActivationState() != DISABLE_SIMULATION &&
              world.getDispatchInfo().m_useContinuous && rigid->getCcdSquareMotionThreshold() > btScalar(0)) {
     // Also one that sleeps: it may be woken and thrown within the step.

@@ -31,7 +31,8 @@ uint bucketOf(int typeA, int typeB) {
 
 GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vector<ulong>& oldKeys,
                                  const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
-                                 const std::vector<BodyActivation>& activations, const std::vector<uint>& born) {
+                                 const std::vector<BodyActivation>& activations, const std::vector<uint>& born,
+                                 const std::vector<ulong>& ignored) {
   const auto typeOf = [&](uint body) { return shapes[static_cast<size_t>(infos[body].shapeIndex)].type; };
   GroupedPairs out;
   for (const ulong key : keys) {
@@ -46,6 +47,14 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
     const auto onHost = [&](uint body) {
       return typeOf(body) == SHAPE_HOST || (infos[body].flags & BODY_HOST_CONTACTS);
     };
+    const bool mayCollide = std::find(ignored.begin(), ignored.end(), key) == ignored.end();
+    if (!mayCollide) {
+      // btCollisionDispatcher::defaultNearCallback leaves such a pair as it is, its manifold too.
+      const bool keeps = known && !onHost(a) && !onHost(b);
+      const uint bucket = keeps ? BUCKET_CARRY : BUCKET_NONE;
+      out.pairs.push_back({a, b, keeps ? static_cast<uint>(old - oldKeys.begin()) : NO_INDEX, bucket});
+      continue;
+    }
     if (onHost(a) || onHost(b)) {
       out.pairs.push_back({a, b, NO_INDEX, BUCKET_HOST});
       continue;

@@ -31,12 +31,14 @@ static uint findKey(__global const ulong* keys, uint count, ulong key) {
 
 // Turns each sorted key into a pair: manifold order, algorithm, and where its manifold of the last step is.
 // The keys of the last step belong to manifolds[] of the last step, index by index; a manifold is taken over
-// only if its two bodies are still the ones that it was made for (bodyBirth).
+// only if its two bodies are still the ones that it was made for (bodyBirth). Pairs that must not collide get no
+// algorithm; contacts that they had before stay as they are, as in Bullet.
 KERNEL describePairs(uint pairCapacity, __global const StepCounters* counters, uint oldCapacity,
                      __global const uint* oldCount, __global const ulong* keys, __global const ulong* oldKeys,
                      __global const BodyInfo* infos, __global const Shape* shapes,
-                     __global const BodyActivation* activations, __global const uint* bodyBorn, __global Pair* pairs,
-                     __global uint* buckets, __global uint* items) {
+                     __global const BodyActivation* activations, __global const uint* bodyBorn,
+                     uint ignoredCount, __global const ulong* ignored, __global Pair* pairs, __global uint* buckets,
+                     __global uint* items) {
   RETURN_ON_OVERFLOW(counters);
   const uint pairCount = itemCount(pairCapacity, &counters->pairCount);
   FOR_EACH(i, pairCount) {
@@ -57,6 +59,9 @@ KERNEL describePairs(uint pairCapacity, __global const StepCounters* counters, u
     if (lowType == SHAPE_HOST || highType == SHAPE_HOST || ((lowInfo.flags | highInfo.flags) & BODY_HOST_CONTACTS)) {
       pair.bucket = BUCKET_HOST;
       pair.oldManifold = NO_INDEX;
+    }
+    if (ignoredCount && findKey(ignored, ignoredCount, keys[i]) != NO_INDEX) {
+      pair.bucket = pair.oldManifold != NO_INDEX ? BUCKET_CARRY : BUCKET_NONE;
     }
     pairs[i] = pair;
     buckets[i] = pair.bucket;

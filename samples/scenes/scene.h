@@ -70,6 +70,8 @@ struct Expectations {
   Rest comesToRest = Rest::Yes;
   // Mean height at the end may differ from stock's by this share, where 0.5 % is too strict (reason at the scene).
   double heightTolerance = 0;
+  // What the CPU does inside the device's steps, by the names of btGpuDynamicsWorld::fallbackReport().
+  std::vector<std::string> cpuShares = {};
 };
 
 struct Scene {

@@ -63,7 +63,7 @@ void compare(const SetUp& setUp, int frames) {
     if (testing::Test::HasFatalFailure() || testing::Test::HasNonfatalFailure()) return;
   }
   EXPECT_EQ(gpu.w.world.statistics().m_deviceSteps, unsigned(2 * frames));
-  expectAllOnDevice(gpu.w.world);
+  expectAllOnDevice(gpu.w.world, {"actions"});
 }
 
 TEST(Actions, SeeEachSubstep) {
@@ -152,7 +152,7 @@ TEST(Actions, AddAndRemoveBodiesAndActions) {
   run(stock);
   EXPECT_EQ(callsOf[0], callsOf[1]);
   gpu.expectSameAs(stock, 20);
-  expectAllOnDevice(gpu.w.world);
+  expectAllOnDevice(gpu.w.world, {"actions"});
 }
 
 // A raycast vehicle: ray tests from inside the action, impulses by its wheels.
@@ -210,7 +210,7 @@ TEST(Vehicle, DrivesAsInStock) {
     EXPECT_EQ(gpu.vehicle->getWheelInfo(wheel).m_raycastInfo.m_isInContact,
               stock.vehicle->getWheelInfo(wheel).m_raycastInfo.m_isInContact);
   }
-  expectAllOnDevice(gpu.w.world);
+  expectAllOnDevice(gpu.w.world, {"actions"});
 }
 
 // A character controller: sweeps and contacts of its ghost inside the action.
@@ -261,7 +261,7 @@ TEST(Character, WalksAsInStock) {
     ASSERT_LE(distance(a, b), 0.01) << "frame " << frame;  // the controller's own sweeps stop 0.02 short
   }
   EXPECT_GT(double(stock.ghost.getWorldTransform().getOrigin().x()), 2);
-  expectAllOnDevice(gpu.w.world);
+  expectAllOnDevice(gpu.w.world, {"actions"});
 }
 
 }  // namespace

@@ -47,6 +47,11 @@ class OwnDispatcher : public btCollisionDispatcher {
 };
 class OwnSolver : public btSequentialImpulseConstraintSolver {};
 class OwnConfiguration : public btDefaultCollisionConfiguration {};
+// It may override what the solver calls.
+class OwnJoint : public btPoint2PointConstraint {
+ public:
+  using btPoint2PointConstraint::btPoint2PointConstraint;
+};
 // Objects of types that other modules of Bullet bring; they collide with nothing here.
 class OwnObject : public btCollisionObject {
  public:
@@ -71,6 +76,7 @@ struct Lab {
   std::vector<std::shared_ptr<void>> keep;
   btRigidBody* body = nullptr;
   btCollisionObject* object = nullptr;
+  std::unique_ptr<btTypedConstraint> joint;
   CountingFilter filter;
   btBoxBoxCollisionAlgorithm::CreateFunc boxBox;
 
@@ -91,6 +97,7 @@ struct Lab {
     return lab;
   }
   ~Lab() {
+    if (joint) world->removeConstraint(joint.get());
     if (object) world->removeCollisionObject(object);
     objects.reset();
     world.reset();
@@ -128,6 +135,15 @@ struct Lab {
   void removeObject() {
     world->removeCollisionObject(object);
     object = nullptr;
+  }
+  template <typename Joint, typename... Arguments>
+  void addJoint(Arguments&&... arguments) {
+    joint = std::make_unique<Joint>(*bodies[3], *bodies[4], std::forward<Arguments>(arguments)...);
+    world->addConstraint(joint.get());
+  }
+  void removeJoint() {
+    world->removeConstraint(joint.get());
+    joint.reset();
   }
   void step(int count) {
     for (int i = 0; i < count; ++i) world->stepSimulation(s(1.0 / 60), 0);
@@ -221,6 +237,13 @@ std::string nameOf(const testing::TestParamInfo<Cause>& test) { return test.para
 constexpr const char* kNotYet = "not on the device yet";
 constexpr const char* kStockOnly = "called on the stock path only";
 
+const Cause kJoints[] = {
+    {"OwnJointClass", "joint of the application's own class", "it may take part in the solver",
+     [](Lab& lab) { lab.addJoint<OwnJoint>(btVector3(0, 1, 0), btVector3(0, -1, 0)); },
+     [](Lab& lab) { lab.removeJoint(); }},
+};
+INSTANTIATE_TEST_SUITE_P(Joints, Fallback, testing::ValuesIn(kJoints), nameOf);
+
 void setMode(Lab& lab, int flag, bool on) {
   int& mode = lab.world->getSolverInfo().m_solverMode;
   mode = on ? mode | flag : mode & ~flag;
@@ -283,9 +306,6 @@ const Cause kObjects[] = {
        lab.bodies[4]->setCcdSweptSphereRadius(s(0.3));
      },
      [](Lab& lab) { lab.bodies[4]->setCcdMotionThreshold(0); }},
-    {"IgnoreCollision", "setIgnoreCollisionCheck", kNotYet,
-     [](Lab& lab) { lab.bodies[3]->setIgnoreCollisionCheck(lab.bodies[4], true); },
-     [](Lab& lab) { lab.bodies[3]->setIgnoreCollisionCheck(lab.bodies[4], false); }},
     {"FrictionAnchor", "friction anchor", kNotYet,
      [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true); },
      [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, false); }},

@@ -46,7 +46,7 @@ class GroupPairsTest : public DeviceTest {
     std::vector<uint> born(in.world.bodyCount);
     for (const uint i : in.world.born) born[i] = 1;
     return groupPairsReference(in.keys, in.oldKeys, in.world.infos.values, in.world.shapes.values,
-                               in.world.activations.values, born);
+                               in.world.activations.values, born, in.world.ignoredPairs);
   }
 
   GroupedPairs device(const Stage35Input& in, uint overflow = 0, size_t spare = 40) {
@@ -126,6 +126,21 @@ TEST_F(GroupPairsTest, LowerProxyIdIsAButAPlaneIsBSmall) {
       EXPECT_TRUE(!planeA || planeB);
       EXPECT_TRUE(planeA != planeB || (p.bodyA < p.bodyB) == ascending) << p.bodyA << ", " << p.bodyB;
     }
+  }
+}
+
+// No algorithm for them; contacts of the last step stay, as Bullet's near callback leaves them.
+TEST_F(GroupPairsTest, IgnoredPairsSmall) {
+  Stage35Input in = inputOf(twoOfEach());
+  in.keys = allKeys(6);
+  in.oldKeys = {pairKeyOf(0, 1), pairKeyOf(0, 2), pairKeyOf(1, 2)};
+  in.world.ignoredPairs = {pairKeyOf(0, 1), pairKeyOf(1, 2), pairKeyOf(1, 4), pairKeyOf(2, 3)};
+  in.world.born = {2};
+  const auto out = expectAsReference(in);
+  for (size_t i = 0; i < in.keys.size(); ++i) {
+    const auto& ignored = in.world.ignoredPairs;
+    if (std::find(ignored.begin(), ignored.end(), in.keys[i]) == ignored.end()) continue;
+    EXPECT_EQ(out.pairs[i].bucket, in.keys[i] == pairKeyOf(0, 1) ? BUCKET_CARRY : BUCKET_NONE) << i;
   }
 }
 

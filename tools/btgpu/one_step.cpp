@@ -46,6 +46,24 @@ void add(Residual& to, const Residual& r) {
   to.rows += r.rows;
 }
 
+// As the device left them: actions have not added to them yet.
+std::vector<Velocity> velocitiesOf(const StepResults& results) {
+  std::vector<Velocity> velocities;
+  for (const BodyVelocity& v : results.velocities) velocities.push_back({toBullet(v.linear), toBullet(v.angular)});
+  return velocities;
+}
+
+std::vector<bool> jointedBodies(const btDynamicsWorld& world) {
+  std::vector<bool> jointed(static_cast<size_t>(world.getNumCollisionObjects()), false);
+  for (int i = 0; i < world.getNumConstraints(); ++i) {
+    const btTypedConstraint& joint = *world.getConstraint(i);
+    for (const btRigidBody* body : {&joint.getRigidBodyA(), &joint.getRigidBodyB()}) {
+      if (body->getWorldArrayIndex() >= 0) jointed[static_cast<size_t>(body->getWorldArrayIndex())] = true;
+    }
+  }
+  return jointed;
+}
+
 std::vector<Velocity> velocitiesOf(const std::vector<BodyState>& states) {
   std::vector<Velocity> velocities;
   for (const BodyState& s : states) velocities.push_back({s.linear, s.angular});
@@ -74,11 +92,19 @@ OneStepComparison::OneStepComparison(const Builder& build, btScalar timeStep)
 
 OneStepComparison::~OneStepComparison() = default;
 
-void OneStepComparison::beforeStep(const btCollisionWorld& gpuWorld) { m_before = captureStates(gpuWorld); }
+void OneStepComparison::beforeStep(const btDynamicsWorld& gpuWorld) {
+  m_before = captureStates(gpuWorld);
+  m_jointsBefore = captureJoints(gpuWorld);
+}
 
-void OneStepComparison::afterStep(const btCollisionWorld& gpuWorld, const StepResults& results, bool converged) {
+void OneStepComparison::afterStep(const btDynamicsWorld& gpuWorld, const WorldInput& input, const StepResults& results,
+                                  bool converged) {
   OracleWorld& oracle = m_oracle->world();
+  m_input = &input;
+  m_solvedJoints = results.jointSolved;
+  m_jointed = jointedBodies(oracle);
   oracle.setState(m_before, m_cache);
+  oracle.setJoints(m_jointsBefore);
   oracle.findContacts(m_timeStep);
   compareContacts(results.matchedManifolds);
 
@@ -86,7 +112,7 @@ void OneStepComparison::afterStep(const btCollisionWorld& gpuWorld, const StepRe
   const std::vector<BodyState> predicted = captureStates(oracle);
   oracle.replaceContacts(results.matchedManifolds);
   oracle.solve(m_timeStep);
-  m_gpuVelocities = velocitiesOf(captureStates(gpuWorld));
+  m_gpuVelocities = velocitiesOf(results);
   compareSolver(gpuWorld, results);
   const std::vector<BodyState> solved = captureStates(oracle);
   if (converged || m_step % ordersEvery(m_before.size()) == 0) {
@@ -175,9 +201,9 @@ void OneStepComparison::compareSolver(const btCollisionWorld& gpuWorld, const St
   const std::vector<Velocity>& gpu = m_gpuVelocities;
   const std::vector<Velocity> before = velocitiesOf(m_before);
 
-  // Manifolds of each body that have points, and whether one of them is shared with another moving body.
+  // Manifolds of each body that have points, and whether one of them, or a joint, is shared with another moving body.
   std::vector<int> manifolds(stock.size(), 0);
-  std::vector<bool> coupled(stock.size(), false);
+  std::vector<bool> coupled = m_jointed;
   const btCollisionObjectArray& objects = oracle.getCollisionObjectArray();
   for (const Manifold& m : contacts) {
     if (m.pointCount == 0) continue;
@@ -192,14 +218,14 @@ void OneStepComparison::compareSolver(const btCollisionWorld& gpuWorld, const St
     // Bodies that fell asleep lose their velocity after the solver: the comparison at the end sees them.
     const int state = gpuWorld.getCollisionObjectArray()[static_cast<int>(i)]->getActivationState();
     if (!isDynamic(o) || state == ISLAND_SLEEPING || !o.isActive()) continue;
-    if (manifolds[i] == 0) m_freeVelocity = std::max(m_freeVelocity, difference(gpu[i], stock[i]));
+    if (manifolds[i] == 0 && !m_jointed[i]) m_freeVelocity = std::max(m_freeVelocity, difference(gpu[i], stock[i]));
     if (manifolds[i] == 1 && !coupled[i]) {
       ++m_singles;
       if (difference(gpu[i], stock[i]) > kSameVelocity) ++m_otherSingles;
     }
   }
 
-  add(m_ourResidual, measureResidual(oracle, contacts, results.manifolds, m_before, before, gpu, m_timeStep));
+  add(m_ourResidual, residualOf(contacts, results.manifolds, gpu));
   add(m_stockResidual, stockResidual(contacts, stock));
 
   // The solver may remove energy, how much depends on the order of the rows; what counts is what it adds to what
@@ -216,8 +242,15 @@ void OneStepComparison::compareSolver(const btCollisionWorld& gpuWorld, const St
 }
 
 Residual OneStepComparison::stockResidual(const std::vector<Manifold>& contacts, const std::vector<Velocity>& stock) {
-  return measureResidual(m_oracle->world(), contacts, readSolved(contacts), m_before, velocitiesOf(m_before), stock,
-                         m_timeStep);
+  return residualOf(contacts, readSolved(contacts), stock);
+}
+
+Residual OneStepComparison::residualOf(const std::vector<Manifold>& contacts, const std::vector<Manifold>& solved,
+                                       const std::vector<Velocity>& velocities) {
+  Residual residual = measureResidual(m_oracle->world(), contacts, solved, m_before, velocitiesOf(m_before), velocities,
+                                      m_timeStep);
+  add(residual, measureJointResidual(m_input->joints, m_input->jointRows, m_solvedJoints, velocities));
+  return residual;
 }
 
 // Stock once more on the same contacts, in both orders, and if wanted run to convergence.
@@ -227,10 +260,15 @@ void OneStepComparison::compareOrders(const std::vector<BodyState>& predicted, c
   const std::vector<Manifold>& contacts = results.matchedManifolds;
   const auto solveAgain = [&](bool reversed, int iterations) {
     oracle.restore(predicted);
+    oracle.setJoints(m_jointsBefore);
     oracle.replaceContacts(contacts);
-    if (reversed) oracle.reverseContacts();
+    const auto reverse = [&] {
+      oracle.reverseContacts();
+      oracle.reverseJoints();
+    };
+    if (reversed) reverse();
     oracle.solve(m_timeStep, iterations);
-    if (reversed) oracle.reverseContacts();
+    if (reversed) reverse();
     return oracle.velocities();
   };
   const std::vector<Velocity> forward = solveAgain(false, -1);
@@ -247,7 +285,7 @@ void OneStepComparison::compareOrders(const std::vector<BodyState>& predicted, c
 void OneStepComparison::compareEnd(const btCollisionWorld& gpuWorld, const std::vector<Manifold>& contacts) {
   const btCollisionObjectArray& ours = gpuWorld.getCollisionObjectArray();
   const btCollisionObjectArray& stock = m_oracle->world().getCollisionObjectArray();
-  std::vector<bool> touched(m_before.size(), false);
+  std::vector<bool> touched = m_jointed;
   for (const Manifold& m : contacts) {
     if (m.pointCount > 0) touched[m.bodyA] = touched[m.bodyB] = true;
   }

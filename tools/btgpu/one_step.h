@@ -19,8 +19,9 @@ class OneStepComparison {
   ~OneStepComparison();
 
   // Around each step of btgpu's world. `converged`: also measure the distance to stock run to convergence.
-  void beforeStep(const btCollisionWorld& gpuWorld);
-  void afterStep(const btCollisionWorld& gpuWorld, const StepResults& results, bool converged);
+  void beforeStep(const btDynamicsWorld& gpuWorld);
+  // `input`: with the joints' rows of the step.
+  void afterStep(const btDynamicsWorld& gpuWorld, const WorldInput& input, const StepResults& results, bool converged);
 
   std::vector<Check> checks() const;
 
@@ -33,10 +34,16 @@ class OneStepComparison {
   void compareEnd(const btCollisionWorld& gpuWorld, const std::vector<Manifold>& contacts);
   std::vector<Manifold> readSolved(const std::vector<Manifold>& contacts);
   bool awake(const Manifold& m) const;
+  Residual residualOf(const std::vector<Manifold>& contacts, const std::vector<Manifold>& solved,
+                      const std::vector<Velocity>& velocities);
 
   std::unique_ptr<TestWorld<OracleWorld>> m_oracle;
   btScalar m_timeStep;
   std::vector<BodyState> m_before;
+  std::vector<JointState> m_jointsBefore;
+  const WorldInput* m_input = nullptr;     // of the step that is compared
+  std::vector<uint> m_solvedJoints;        // of islands that were awake
+  std::vector<bool> m_jointed;             // bodies of enabled joints
   std::vector<Manifold> m_cache;          // btgpu's manifolds after the step before
   std::vector<Velocity> m_gpuVelocities;  // after the step
   std::vector<double> m_sizes;            // of the bodies: their angular motion disc, at most 10

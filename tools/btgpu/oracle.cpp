@@ -50,6 +50,32 @@ std::vector<BodyState> captureStates(const btCollisionWorld& world) {
   return states;
 }
 
+std::vector<JointState> captureJoints(const btDynamicsWorld& world) {
+  std::vector<JointState> states;
+  for (int i = 0; i < world.getNumConstraints(); ++i) {
+    const btTypedConstraint* joint = world.getConstraint(i);
+    const auto* hinge = dynamic_cast<const btHingeAccumulatedAngleConstraint*>(joint);
+    const btScalar angle =
+        hinge ? const_cast<btHingeAccumulatedAngleConstraint*>(hinge)->getAccumulatedHingeAngle() : btScalar(0);
+    states.push_back({joint->isEnabled(), angle});
+  }
+  return states;
+}
+
+void OracleWorld::setJoints(const std::vector<JointState>& states) {
+  for (int i = 0; i < getNumConstraints(); ++i) {
+    const JointState& state = states[static_cast<size_t>(i)];
+    getConstraint(i)->setEnabled(state.enabled);
+    if (auto* hinge = dynamic_cast<btHingeAccumulatedAngleConstraint*>(getConstraint(i))) {
+      hinge->setAccumulatedHingeAngle(state.accumulatedAngle);
+    }
+  }
+}
+
+void OracleWorld::reverseJoints() {
+  for (int i = 0; i < m_constraints.size() / 2; ++i) m_constraints.swap(i, m_constraints.size() - 1 - i);
+}
+
 void OracleWorld::restore(const std::vector<BodyState>& states) {
   for (size_t i = 0; i < states.size(); ++i) {
     const BodyState& s = states[i];

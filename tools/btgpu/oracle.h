@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gpu_engine/step_results.h"
+#include "gpu_engine/world_input.h"
 #include "worlds.h"
 
 namespace btgpu::tool {
@@ -16,6 +17,14 @@ struct BodyState {
   int activation;
   btScalar deactivationTime;
 };
+
+// What of a joint lives from step to step.
+struct JointState {
+  bool enabled;
+  btScalar accumulatedAngle;  // of a btHingeAccumulatedAngleConstraint
+};
+
+std::vector<JointState> captureJoints(const btDynamicsWorld& world);
 
 std::vector<BodyState> captureStates(const btCollisionWorld& world);
 
@@ -43,6 +52,10 @@ class OracleWorld : public btDiscreteDynamicsWorld {
   void finish(btScalar timeStep);
 
   std::vector<Velocity> velocities() const;
+  // Sets the joints, which are those of btgpu's world in the same order.
+  void setJoints(const std::vector<JointState>& states);
+  // Turns the order of the joints round, and with it the order of their rows.
+  void reverseJoints();
   // Undoes solve(): everything that the solver and the islands changed.
   void restore(const std::vector<BodyState>& states);
 

@@ -67,6 +67,35 @@ Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector
   return residual;
 }
 
+Residual measureJointResidual(const std::vector<Joint>& joints, const std::vector<JointRow>& rows,
+                              const std::vector<uint>& solved, const std::vector<Velocity>& velocities) {
+  constexpr float kUnlimited = 1e30f;
+  Residual residual;
+  for (size_t i = 0; i < joints.size(); ++i) {
+    const Joint& joint = joints[i];
+    if (!solved[i]) continue;
+    for (uint r = joint.firstRow; r < joint.firstRow + joint.rowCount; ++r) {
+      const JointRow& row = rows[r];
+      const bool below = row.linearB.w > -kUnlimited, above = row.angularB.w < kUnlimited;
+      if (row.angularA.w != 0 || (below && above)) continue;
+      btScalar error = btScalar(row.linearA.w);
+      if (joint.bodyA != NO_INDEX) {
+        const Velocity& v = velocities[joint.bodyA];
+        error -= toBullet(row.linearA).dot(v.linear) + toBullet(row.angularA).dot(v.angular);
+      }
+      if (joint.bodyB != NO_INDEX) {
+        const Velocity& v = velocities[joint.bodyB];
+        error -= toBullet(row.linearB).dot(v.linear) + toBullet(row.angularB).dot(v.angular);
+      }
+      if (below) error = btMax(error, btScalar(0));
+      if (above) error = btMin(error, btScalar(0));
+      residual.sumOfSquares += double(error) * double(error);
+      ++residual.rows;
+    }
+  }
+  return residual;
+}
+
 double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a,
                         const std::vector<Velocity>& b) {
   double sum = 0;

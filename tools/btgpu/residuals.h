@@ -24,6 +24,11 @@ Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector
                          const std::vector<Velocity>& predicted, const std::vector<Velocity>& velocities,
                          btScalar timeStep);
 
+// The same for joints, from the rows that were made of them: their velocity errors at the end. Rows with limits count
+// where a limit can't be the reason for the error; soft rows and motors, which have two limits, not at all.
+Residual measureJointResidual(const std::vector<Joint>& joints, const std::vector<JointRow>& rows,
+                              const std::vector<uint>& solved, const std::vector<Velocity>& velocities);
+
 // Mass-weighted distance of two sets of velocities: sqrt(sum m |dv|^2 + dw . I dw).
 double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a,
                         const std::vector<Velocity>& b);
