@@ -127,10 +127,10 @@ std::string toCsv(const BenchResult& result) {
   for (const auto& stage : stages) text += "," + stage;
   text += "\n";
   for (const BenchRow& r : result.rows) {
-    text +=
-        fmt::format("{},{},{},{},{},{}", r.world, csvField(r.device), csvField(r.scene), r.bodies, r.msMedian, r.msP95);
-    for (const auto& figure : optionalFigures(r)) text += figure.second ? fmt::format(",{}", *figure.second) : ",";
-    for (size_t i = 0; i < stages.size(); ++i) text += r.stages.empty() ? "," : fmt::format(",{}", r.stages[i].ms);
+    text += fmt::format("{},{},{},{},{:.6g},{:.6g}", r.world, csvField(r.device), csvField(r.scene), r.bodies,
+                        r.msMedian, r.msP95);
+    for (const auto& figure : optionalFigures(r)) text += figure.second ? fmt::format(",{:.9g}", *figure.second) : ",";
+    for (size_t i = 0; i < stages.size(); ++i) text += r.stages.empty() ? "," : fmt::format(",{:.6g}", r.stages[i].ms);
     text += "\n";
   }
   return text;
