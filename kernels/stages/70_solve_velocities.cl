@@ -6,6 +6,9 @@
 #include "../lib/kernel.h"
 #include "../lib/rows.h"
 #include "../shared/joint.h"
+#ifdef BTGPU_SHAPE_CPU
+#include "../lib/solve_wide.h"
+#endif
 
 STRUCT(SlotRows) {
   __global float* points;    // field 0 of the slot's rows
@@ -150,9 +153,19 @@ KERNEL solveColour(uint colour, uint passes, __global const StepCounters* counte
                    __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                    __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
-  const uint first = slotFirst[colour];
+  const uint first = slotFirst[colour], flags = params->flags;
+#ifdef BTGPU_SHAPE_CPU
+  if (!(passes & PASS_TORSION)) {
+    FOR_EACH(i, (slotFirst[colour + 1] - first) / BTGPU_WIDE) {
+      const uint slot = first + i * BTGPU_WIDE;
+      solveWide(passes, flags & STEP_SPLIT_IMPULSE, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
+                flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
+    }
+    return;
+  }
+#endif
   FOR_EACH(i, slotFirst[colour + 1] - first) {
-    solveSlot(first + i, passes, params->flags, slots, masses, bodies, rows, tangent2, torsion);
+    solveSlot(first + i, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
 }
 
