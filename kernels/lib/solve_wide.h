@@ -29,7 +29,7 @@ WIDE void loadSlots(__global const SlotHeader* slots, WideSlots* w) {
   const uint16 a = as_uint16(h.x), b = as_uint16(h.y);
   w->movedA = a != NO_INDEX;
   w->movedB = b != NO_INDEX;
-  w->pointCount = as_int16(h.z) != (int)NO_INDEX ? as_int16(h.w) : 0;
+  w->pointCount = as_int16(h.w);  // 0 in lanes without a constraint
   w->maxPoints = maxLane(w->pointCount);
   vstore16(a, 0, w->bodyA);
   vstore16(b, 0, w->bodyB);
