@@ -10,7 +10,11 @@
 #include "vec.h"
 
 #define BTGPU_WIDE 16  // divides BTGPU_LANES
+#ifdef __OPTIMIZE__
+#define WIDE static inline __attribute__((always_inline))
+#else
 #define WIDE static inline
+#endif
 typedef float16 Lanes;
 typedef int16 LaneMask;  // -1 or 0
 

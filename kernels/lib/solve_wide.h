@@ -9,7 +9,7 @@
 // Whose rows a block holds.
 STRUCT(WideSlots) {
   uint bodyA[BTGPU_WIDE], bodyB[BTGPU_WIDE];  // NO_INDEX where the solver must not move the body
-  uint safeA[BTGPU_WIDE], safeB[BTGPU_WIDE];  // the same, or 0
+  uint safeA[BTGPU_WIDE], safeB[BTGPU_WIDE];  // the same, or a body that this block moves: no other work item writes it
   LaneMask movedA, movedB;
   int16 pointCount;
   int maxPoints;
@@ -33,8 +33,9 @@ WIDE void loadSlots(__global const SlotHeader* slots, WideSlots* w) {
   w->maxPoints = maxLane(w->pointCount);
   vstore16(a, 0, w->bodyA);
   vstore16(b, 0, w->bodyB);
-  vstore16(w->movedA ? a : 0u, 0, w->safeA);
-  vstore16(w->movedB ? b : 0u, 0, w->safeB);
+  const uint16 own = w->movedA.s0 ? a.s0 : b.s0;  // lanes are filled from the first one on
+  vstore16(w->movedA ? a : own, 0, w->safeA);
+  vstore16(w->movedB ? b : own, 0, w->safeB);
 }
 
 WIDE __global float* wideRows(__global float* rows, uint k) { return rows + k * POINT_FIELDS * BTGPU_LANES; }
