@@ -35,6 +35,15 @@ for state in cold warm; do
     "$build/tests/startup_app" | sed -n 's/^firstStepSeconds //p') s"
 done
 
+# btgpu, stock and Bullet3's OpenCL pipeline in one run each; the machine should do nothing else meanwhile.
+worlds=gpu,cpu,bullet3
+for size in 8,8,8 16,16,16 24,24,24 32,32,32; do
+  echo "== btgpu bench --scene stack --size $size --steps 120 --worlds $worlds"
+  "$tool" bench --scene stack --size "$size" --steps 120 --worlds $worlds || echo "exit $?"
+done
+echo "== the same without contacts and host queries"
+"$tool" bench --scene stack --size 16,16,16 --steps 120 --worlds gpu,cpu --contacts off --host-queries off || echo "exit $?"
+
 for arguments in "stack --size 8,8,8 --steps 300" "stack --size 16,16,16 --steps 300" "stack --size 32,32,32 --steps 60"; do
   echo "== btgpu compare $arguments --hash --profile"
   # shellcheck disable=SC2086
