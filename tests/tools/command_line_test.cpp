@@ -259,18 +259,36 @@ TEST(CommandLine, NoDeviceIsNotCompared) {
                 {"no OpenCL device", "install"});
 }
 
-// A failing check: the world holds a shape that the device does not have.
+// What the CPU does inside the device's steps is listed, and compared like the rest.
+TEST(CommandLine, SharesOfTheCpuAreListed) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("cylinder.bullet"), jsonPath = folder.file("result.json");
+  btCylinderShape cylinder(btVector3(1, 1, 1));
+  writeWorld(path, [&](scenes::Objects& o) {
+    o.add(0, const_cast<btStaticPlaneShape*>(o.plane(btVector3(0, 1, 0), 0)), btVector3(0, 0, 0));
+    o.add(1, &cylinder, btVector3(0, 1, 0));
+    o.add(1, o.sphere(1), btVector3(5, 1, 0));
+  });
+  const Finished run = tool({"compare", path, "--steps", "30", "--json", jsonPath});
+  EXPECT_EQ(run.exitCode, 0) << run.out << run.err;
+  EXPECT_TRUE(contains(run.out, "  on the CPU: CylinderY shape")) << run.out;
+  const json result = json::parse(readFile(jsonPath));
+  EXPECT_EQ(result.at("deviceSteps"), 30);
+  ASSERT_EQ(result.at("fallbacks").size(), 1u);
+  EXPECT_FALSE(result.at("fallbacks")[0].at("wholeStep").get<bool>());
+}
+
+// A failing check: the world holds something that the device can't do.
 TEST(CommandLine, StepsOnTheStockPathFail) {
   const TemporaryFolder folder;
-  const std::string path = folder.file("capsule.bullet"), jsonPath = folder.file("result.json");
-  btCapsuleShape capsule(1, 1);
+  const std::string path = folder.file("plane.bullet"), jsonPath = folder.file("result.json");
   writeWorld(path, [&](scenes::Objects& o) {
-    o.add(1, &capsule, btVector3(0, 0, 0));
-    o.add(1, o.sphere(1), btVector3(5, 0, 0));
+    o.add(1, const_cast<btStaticPlaneShape*>(o.plane(btVector3(0, 1, 0), 0)), btVector3(0, 0, 0));
+    o.add(1, o.sphere(1), btVector3(5, 5, 0));
   });
   const Finished run = tool({"compare", path, "--steps", "4", "--json", jsonPath});
   expectOneLine(run, 1, {"not compared", "on the CPU"});
-  EXPECT_TRUE(contains(run.out, "on the CPU: CapsuleShape shape (not on the device yet)")) << run.out;
+  EXPECT_TRUE(contains(run.out, "step on the CPU: plane on a body that moves (Bullet's planes are static)")) << run.out;
 
   const json result = json::parse(readFile(jsonPath));
   EXPECT_FALSE(result.at("pass").get<bool>());
@@ -278,8 +296,8 @@ TEST(CommandLine, StepsOnTheStockPathFail) {
   EXPECT_EQ(result.at("deviceSteps"), 0);
   ASSERT_EQ(result.at("fallbacks").size(), 1u);
   const json& fallback = result.at("fallbacks")[0];
-  EXPECT_EQ(fallback.at("what"), "CapsuleShape shape");
-  EXPECT_EQ(fallback.at("reason"), "not on the device yet");
+  EXPECT_EQ(fallback.at("what"), "plane on a body that moves");
+  EXPECT_EQ(fallback.at("reason"), "Bullet's planes are static");
   EXPECT_GE(fallback.at("count").get<int>(), 1);
   bool failed = false;
   for (const json& check : result.at("checks")) {

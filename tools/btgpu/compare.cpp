@@ -46,10 +46,13 @@ nlohmann::json figuresJson(const RunStatistics& run, double msPerStep) {
           {"penetration99", number(run.depth99())}};
 }
 
-// Entries of the report that the scene does not declare.
+// Entries of the report that the scene does not declare. "*" declares all shares of the CPU, but no whole step.
 long undeclared(const std::vector<btGpuFallback>& fallbacks, const std::vector<std::string>& shares) {
-  return std::count_if(fallbacks.begin(), fallbacks.end(), [&shares](const btGpuFallback& f) {
-    return f.m_wholeStep || std::find(shares.begin(), shares.end(), f.m_what) == shares.end();
+  const auto declared = [&shares](const std::string& what) {
+    return std::any_of(shares.begin(), shares.end(), [&](const std::string& s) { return s == "*" || s == what; });
+  };
+  return std::count_if(fallbacks.begin(), fallbacks.end(), [&](const btGpuFallback& f) {
+    return f.m_wholeStep || !declared(f.m_what);
   });
 }
 

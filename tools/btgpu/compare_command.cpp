@@ -60,10 +60,12 @@ int compareBuiltIn(const CompareArguments& arguments) {
   return runComparison(arguments, scene.name, builderOf(scene, size), scene.expectations, scene.timeStep, scene.steps);
 }
 
-// Of a file nothing is known: whether it comes to rest is seen in stock.
+// Of a file nothing is known: whether it comes to rest is seen in stock, and what the CPU does in the device's steps is
+// listed.
 scenes::Expectations unknownScene() {
   scenes::Expectations expectations;
   expectations.comesToRest = scenes::Rest::AsStock;
+  expectations.cpuShares = {"*"};
   return expectations;
 }
 

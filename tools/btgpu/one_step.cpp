@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
+#include "kernels/shared/shape.h"
 #include "translation/contacts.h"
 #include "translation/convert.h"
 
@@ -76,6 +78,10 @@ double ratio(double ours, double stock) { return stock > 0 ? ours / stock : (our
 
 double share(long part, long whole) { return whole ? double(part) / double(whole) : 0; }
 
+std::pair<int, int> pairOf(const Manifold& m) {
+  return {static_cast<int>(std::min(m.bodyA, m.bodyB)), static_cast<int>(std::max(m.bodyA, m.bodyB))};
+}
+
 bool isDynamic(const btCollisionObject& o) { return btRigidBody::upcast(&o) && !o.isStaticOrKinematicObject(); }
 
 }  // namespace
@@ -106,11 +112,12 @@ void OneStepComparison::afterStep(const btDynamicsWorld& gpuWorld, const WorldIn
   oracle.setState(m_before, m_cache);
   oracle.setJoints(m_jointsBefore);
   oracle.findContacts(m_timeStep);
+  m_ofPairs = results.counters.pairCount;
   compareContacts(results.matchedManifolds);
 
   // The solver's half starts from stock's own prediction, with our contacts.
   const std::vector<BodyState> predicted = captureStates(oracle);
-  oracle.replaceContacts(results.matchedManifolds);
+  oracle.replaceContacts(results.matchedManifolds, m_ofPairs);
   oracle.solve(m_timeStep);
   m_gpuVelocities = velocitiesOf(results);
   compareSolver(gpuWorld, results);
@@ -122,7 +129,7 @@ void OneStepComparison::afterStep(const btDynamicsWorld& gpuWorld, const WorldIn
   ++m_step;
   oracle.finish(m_timeStep);
   compareEnd(gpuWorld, results.matchedManifolds);
-  m_cache = results.manifolds;
+  m_cache.assign(results.manifolds.begin(), results.manifolds.begin() + static_cast<long>(m_ofPairs));
 }
 
 // Pairs that neither world looked at: both bodies asleep before the step.
@@ -131,7 +138,12 @@ bool OneStepComparison::awake(const Manifold& m) const {
   return active(m_before[m.bodyA].activation) || active(m_before[m.bodyB].activation);
 }
 
+// Pairs that Bullet's own narrowphase collides in both worlds have nothing to compare.
 void OneStepComparison::compareContacts(const std::vector<Manifold>& ours) {
+  std::set<std::pair<int, int>> ofHost;
+  for (size_t i = 0; i < m_ofPairs; ++i) {
+    if (ours[i].bucket == BUCKET_HOST) ofHost.insert(pairOf(ours[i]));
+  }
   OracleWorld& oracle = m_oracle->world();
   btDispatcher& dispatcher = *oracle.getDispatcher();
   // Stock's manifolds by pair; what is left at the end has no partner among ours.
@@ -139,14 +151,15 @@ void OneStepComparison::compareContacts(const std::vector<Manifold>& ours) {
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold* m = dispatcher.getManifoldByIndexInternal(i);
     const int a = m->getBody0()->getWorldArrayIndex(), b = m->getBody1()->getWorldArrayIndex();
-    if (m->getNumContacts() > 0) stock.push_back({{std::min(a, b), std::max(a, b)}, m});
+    const std::pair<int, int> key(std::min(a, b), std::max(a, b));
+    if (m->getNumContacts() > 0 && ofHost.count(key) == 0) stock.push_back({key, m});
   }
   std::sort(stock.begin(), stock.end());
   std::vector<bool> met(stock.size(), false);
-  for (const Manifold& m : ours) {
-    if (!awake(m)) continue;
-    const std::pair<int, int> key(static_cast<int>(std::min(m.bodyA, m.bodyB)),
-                                  static_cast<int>(std::max(m.bodyA, m.bodyB)));
+  for (size_t i = 0; i < m_ofPairs; ++i) {
+    const Manifold& m = ours[i];
+    if (!awake(m) || m.bucket == BUCKET_HOST) continue;
+    const std::pair<int, int> key = pairOf(m);
     const auto it = std::lower_bound(stock.begin(), stock.end(),
                                      std::make_pair(key, static_cast<const btPersistentManifold*>(nullptr)));
     const bool found = it != stock.end() && it->first == key;
@@ -182,12 +195,9 @@ void OneStepComparison::comparePair(const Manifold& ours, const btPersistentMani
 // Our contacts with the impulses that stock's solver left in the dispatcher.
 std::vector<Manifold> OneStepComparison::readSolved(const std::vector<Manifold>& contacts) {
   std::vector<Manifold> solved = contacts;
-  OracleWorld& oracle = m_oracle->world();
-  const btCollisionObjectArray& objects = oracle.getCollisionObjectArray();
-  for (Manifold& m : solved) {
-    if (m.pointCount == 0) continue;
-    btPersistentManifold* from =
-        manifoldOfPair(oracle, *objects[static_cast<int>(m.bodyA)], *objects[static_cast<int>(m.bodyB)]);
+  for (size_t i = 0; i < solved.size(); ++i) {
+    Manifold& m = solved[i];
+    const btPersistentManifold* from = m.pointCount > 0 ? m_oracle->world().replaced(i) : nullptr;
     if (!from || from->getNumContacts() != m.pointCount) continue;
     for (int k = 0; k < m.pointCount; ++k) m.points[k] = readContactPoint(from->getContactPoint(k));
   }
@@ -261,7 +271,7 @@ void OneStepComparison::compareOrders(const std::vector<BodyState>& predicted, c
   const auto solveAgain = [&](bool reversed, int iterations) {
     oracle.restore(predicted);
     oracle.setJoints(m_jointsBefore);
-    oracle.replaceContacts(contacts);
+    oracle.replaceContacts(contacts, m_ofPairs);
     const auto reverse = [&] {
       oracle.reverseContacts();
       oracle.reverseJoints();

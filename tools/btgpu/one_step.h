@@ -44,6 +44,7 @@ class OneStepComparison {
   const WorldInput* m_input = nullptr;     // of the step that is compared
   std::vector<uint> m_solvedJoints;        // of islands that were awake
   std::vector<bool> m_jointed;             // bodies of enabled joints
+  size_t m_ofPairs = 0;  // manifolds of the device's pairs; those of the host lie behind
   std::vector<Manifold> m_cache;          // btgpu's manifolds after the step before
   std::vector<Velocity> m_gpuVelocities;  // after the step
   std::vector<double> m_sizes;            // of the bodies: their angular motion disc, at most 10

@@ -102,7 +102,7 @@ void OracleWorld::setState(const std::vector<BodyState>& states, const std::vect
   const NoLeafMargin tight;
   updateAabbs();
   computeOverlappingPairs();
-  replaceContacts(cache);
+  replaceContacts(cache, cache.size());
 }
 
 void OracleWorld::findContacts(btScalar timeStep) {
@@ -114,13 +114,24 @@ void OracleWorld::findContacts(btScalar timeStep) {
   performDiscreteCollisionDetection();
 }
 
-void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts) {
+void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs) {
+  for (btPersistentManifold* loose : m_loose) getDispatcher()->releaseManifold(loose);
+  m_loose.clear();
+  m_replaced.assign(contacts.size(), nullptr);
   for (int i = 0; i < getDispatcher()->getNumManifolds(); ++i) {
     getDispatcher()->getManifoldByIndexInternal(i)->clearManifold();
   }
-  for (const Manifold& m : contacts) {
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    const Manifold& m = contacts[i];
     if (m.pointCount == 0) continue;
-    btPersistentManifold* manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
+    btPersistentManifold* manifold;
+    if (i < ofPairs) {
+      manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
+    } else {
+      manifold = getDispatcher()->getNewManifold(object(m.bodyA), object(m.bodyB));
+      m_loose.push_back(manifold);
+    }
+    m_replaced[i] = manifold;
     if (manifold) writeManifold(m, *manifold);
   }
 }

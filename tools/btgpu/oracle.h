@@ -37,13 +37,20 @@ struct Velocity {
 class OracleWorld : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+  ~OracleWorld() override {
+    for (btPersistentManifold* loose : m_loose) getDispatcher()->releaseManifold(loose);
+  }
 
   // Sets all bodies to `states` and the contact cache to `cache` (StepResults::manifolds of the step before).
   void setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache);
   // Stock's step up to the contacts.
   void findContacts(btScalar timeStep);
-  // Makes `contacts` the dispatcher's contacts, so that the solver works on the very same ones as btgpu's.
-  void replaceContacts(const std::vector<Manifold>& contacts);
+  // Makes `contacts` the dispatcher's contacts, so that the solver works on the very same ones as btgpu's. Those behind
+  // the first `ofPairs` come from the host and may be several a pair: each gets a manifold of its own, until the next
+  // call.
+  void replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs);
+  // The manifold that holds contacts[i] of the last replaceContacts(); null if it has no points.
+  const btPersistentManifold* replaced(size_t i) const { return m_replaced[i]; }
   // Turns the order of the dispatcher's manifolds round, and with it the order of the solver's rows.
   void reverseContacts();
   // Islands and solver, as in stock's step; `iterations` < 0: the world's own number.
@@ -60,6 +67,8 @@ class OracleWorld : public btDiscreteDynamicsWorld {
   void restore(const std::vector<BodyState>& states);
 
  private:
+  std::vector<btPersistentManifold*> m_loose, m_replaced;
+
   btCollisionObject* object(uint slot) { return getCollisionObjectArray()[static_cast<int>(slot)]; }
 };
 
