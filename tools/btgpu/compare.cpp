@@ -11,11 +11,14 @@
 #include <nlohmann/json.hpp>
 
 #include "compat/world_state.h"
+#include "report/picture.h"
 
 namespace btgpu::tool {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr int kStageSteps = 120;  // of the run in which the stages are timed
 
 double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -54,6 +57,13 @@ long undeclared(const std::vector<btGpuFallback>& fallbacks, const std::vector<s
   return std::count_if(fallbacks.begin(), fallbacks.end(), [&](const btGpuFallback& f) {
     return f.m_wholeStep || !declared(f.m_what);
   });
+}
+
+void drawEnds(const btDiscreteDynamicsWorld& gpu, const btDiscreteDynamicsWorld& stock, ReportData& report) {
+  constexpr int kWidth = 960, kHeight = 640;
+  const Camera camera = cameraFor({&gpu, &stock}, kWidth, kHeight);
+  report.gpuEnd = drawWorld(gpu, camera, kWidth, kHeight);
+  report.stockEnd = drawWorld(stock, camera, kWidth, kHeight);
 }
 
 }  // namespace
@@ -110,6 +120,12 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
     if (gpu.world().statistics().m_stockSteps > 0) break;
     oneStep.afterStep(gpu.world(), state->reader.input(), state->results, measureConverged(step, steps, result.bodies));
     freeRun.afterStep(step, gpu.world(), state->results);
+    if (options.report) {
+      oneStep.addTo(result.report.series);
+      freeRun.addTo(result.report.series, gpu.world(), state->results);
+      result.report.series.gpu.milliseconds.push_back(gpuTime);
+      result.report.series.stock.milliseconds.push_back(stockTime);
+    }
     if (options.progress) options.progress(step + 1);
   }
 
@@ -129,6 +145,11 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
     }
     result.gpu = freeRun.gpu();
     result.stock = freeRun.stock();
+  }
+  if (options.report) {
+    result.report.timeStep = options.timeStep;
+    drawEnds(gpu.world(), freeRun.stockWorld(), result.report);
+    if (result.compared) result.report.stages = measureStages(build, settings, dt, std::min(steps, kStageSteps));
   }
   return result;
 }

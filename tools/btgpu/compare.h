@@ -8,8 +8,18 @@
 
 #include "free_run.h"
 #include "one_step.h"
+#include "report/image.h"
+#include "report/stage_times.h"
 
 namespace btgpu::tool {
+
+// What only the report shows.
+struct ReportData {
+  double timeStep = 0;
+  Series series;
+  Image gpuEnd, stockEnd;  // the worlds after the last step, from the same place
+  StageTimes stages;
+};
 
 struct CompareResult {
   std::string scene, device;
@@ -21,6 +31,7 @@ struct CompareResult {
   std::uint64_t hash = 0;               // of every pose and velocity bit at the end
   std::vector<btGpuStageTime> profile;  // sums over all steps, if wanted
   bool compared = true;                 // false: there was no device
+  ReportData report;                    // if wanted
   bool pass() const;
 };
 
@@ -29,6 +40,7 @@ struct CompareOptions {
   int steps = 300;
   std::string device;                 // as btGpuSettings::m_device
   bool profile = false;               // time the stages; slows btgpu's steps
+  bool report = false;                // gather ReportData
   std::function<void(int)> progress;  // called after each step with the number of steps done
 };
 

@@ -6,16 +6,18 @@
 #include <cstdio>
 
 #include "arguments.h"
+#include "btgpu_version.h"
 #include "bullet_file.h"
 #include "commands.h"
 #include "compare.h"
 #include "progress.h"
+#include "report/page.h"
 
 namespace btgpu::tool {
 namespace {
 
 struct CompareArguments {
-  std::string scene, size, device, json;
+  std::string scene, size, device, json, report;
   int steps = 0;
   bool hash = false, profile = false;
 };
@@ -30,6 +32,7 @@ int reportComparison(const CompareArguments& arguments, const CompareResult& res
   fmt::print("{}", toText(result));
   if (arguments.hash) fmt::print("hash {:016x}\n", result.hash);
   if (!arguments.json.empty()) writeFile(arguments.json, toJson(result));
+  if (!arguments.report.empty()) writeFile(arguments.report, reportPage(result, BTGPU_VERSION));
   if (!result.compared && !worldNamedCause(result)) {
     fmt::print(stderr, "btgpu: not compared: no step ran on a device; the lines 'on the CPU' say why\n");
   }
@@ -45,6 +48,7 @@ int runComparison(const CompareArguments& arguments, const std::string& name, co
   options.steps = arguments.steps > 0 ? arguments.steps : defaultSteps;
   options.device = arguments.device;
   options.profile = arguments.profile;
+  options.report = !arguments.report.empty();
   CompareResult result;
   {
     ProgressBar bar(name, options.steps);
@@ -96,6 +100,8 @@ Command addCompareCommand(CLI::App& tool) {
   comparison->add_option("--steps", arguments->steps, "steps to run")->check(CLI::Range(1, 10'000'000));
   comparison->add_option("--device", arguments->device, "OpenCL device: index, gpu, cpu or part of its name");
   comparison->add_option("--json", arguments->json, "write the result to this file")->check(kNotEmpty);
+  comparison->add_option("--report", arguments->report, "write a page with plots and pictures to this HTML file")
+      ->check(kNotEmpty);
   comparison->add_flag("--profile", arguments->profile, "time each stage by device events; slows btgpu's steps");
   comparison->add_flag("--hash", arguments->hash, "print a hash of every pose and velocity bit at the end");
   return {comparison, [arguments] {

@@ -70,15 +70,25 @@ void addDepths(btDispatcher& dispatcher, std::vector<float>& depths) {
   }
 }
 
-}  // namespace
-
-double RunStatistics::depth99() const {
+double percentile99(std::vector<float> depths) {
   if (depths.empty()) return 0;
-  std::vector<float> sorted = depths;
-  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(sorted.size() - 1));
-  std::nth_element(sorted.begin(), at, sorted.end());
+  const auto at = depths.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(depths.size() - 1));
+  std::nth_element(depths.begin(), at, depths.end());
   return *at;
 }
+
+void addFigures(const WorldFigures& figures, const std::vector<float>& depths, WorldSeries& to) {
+  to.kineticEnergy.push_back(figures.kineticEnergy);
+  to.totalEnergy.push_back(figures.kineticEnergy + figures.potentialEnergy);
+  to.meanHeight.push_back(figures.meanHeight);
+  to.contacts.push_back(static_cast<double>(depths.size()));
+  to.depth99.push_back(percentile99(depths));
+  to.deepest.push_back(depths.empty() ? 0 : *std::max_element(depths.begin(), depths.end()));
+}
+
+}  // namespace
+
+double RunStatistics::depth99() const { return percentile99(depths); }
 
 WorldFigures measureWorld(const btDiscreteDynamicsWorld& world, double groundHeight) {
   WorldFigures f;
@@ -171,6 +181,16 @@ void FreeRunComparison::afterStep(int step, const btDiscreteDynamicsWorld& gpu, 
     m_stock[run].restingEnergy += m_stock[run].end.kineticEnergy / samples;
     addDepths(m_stockWorlds[run]->dispatcher(), m_stock[run].depths);
   }
+}
+
+const btDiscreteDynamicsWorld& FreeRunComparison::stockWorld() const { return m_stockWorlds.front()->world(); }
+
+void FreeRunComparison::addTo(Series& series, const btDiscreteDynamicsWorld& gpu, const StepResults& results) const {
+  std::vector<float> gpuDepths, stockDepths;
+  addDepths(results.matchedManifolds, gpuDepths);
+  addDepths(m_stockWorlds.front()->dispatcher(), stockDepths);
+  addFigures(measureWorld(gpu, m_expectations.groundHeight), gpuDepths, series.gpu);
+  addFigures(measureWorld(stockWorld(), m_expectations.groundHeight), stockDepths, series.stock);
 }
 
 // As stock: its energy at the end is a small part of what a fall of its own size would give a body.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gpu_engine/step_results.h"
+#include "series.h"
 #include "tolerances.h"
 #include "worlds.h"
 
@@ -41,10 +42,13 @@ class FreeRunComparison {
   // Steps stock; returns the time that the first of its runs took, in milliseconds.
   double stepStock(btScalar timeStep);
   void afterStep(int step, const btDiscreteDynamicsWorld& gpu, const StepResults& results);
+  // Adds the figures of the step just done.
+  void addTo(Series& series, const btDiscreteDynamicsWorld& gpu, const StepResults& results) const;
   std::vector<Check> checks() const;
 
   const RunStatistics& gpu() const { return m_gpu; }
   const RunStatistics& stock() const { return m_stock.front(); }  // the run that starts exactly as btgpu does
+  const btDiscreteDynamicsWorld& stockWorld() const;              // of that run
 
  private:
   using StockWorld = TestWorld<btDiscreteDynamicsWorld>;

@@ -235,8 +235,10 @@ void OneStepComparison::compareSolver(const btCollisionWorld& gpuWorld, const St
     }
   }
 
-  add(m_ourResidual, residualOf(contacts, results.manifolds, gpu));
-  add(m_stockResidual, stockResidual(contacts, stock));
+  m_ourLast = residualOf(contacts, results.manifolds, gpu);
+  m_stockLast = stockResidual(contacts, stock);
+  add(m_ourResidual, m_ourLast);
+  add(m_stockResidual, m_stockLast);
 
   // The solver may remove energy, how much depends on the order of the rows; what counts is what it adds to what
   // went in, forces of the step included, where stock's does not.
@@ -299,6 +301,7 @@ void OneStepComparison::compareEnd(const btCollisionWorld& gpuWorld, const std::
   for (const Manifold& m : contacts) {
     if (m.pointCount > 0) touched[m.bodyA] = touched[m.bodyB] = true;
   }
+  m_lastPose = 0;
   for (int i = 0; i < stock.size(); ++i) {
     if (!isDynamic(*stock[i])) continue;
     ++m_states;
@@ -307,11 +310,18 @@ void OneStepComparison::compareEnd(const btCollisionWorld& gpuWorld, const std::
     const btTransform& a = ours[i]->getWorldTransform();
     const btTransform& b = stock[i]->getWorldTransform();
     const double scale = m_sizes[static_cast<size_t>(i)] + double(b.getOrigin().length());
-    m_pose = std::max(m_pose, double((a.getOrigin() - b.getOrigin()).length()) / scale);
+    m_lastPose = std::max(m_lastPose, double((a.getOrigin() - b.getOrigin()).length()) / scale);
     for (int row = 0; row < 3; ++row) {
-      m_pose = std::max(m_pose, double((a.getBasis()[row] - b.getBasis()[row]).length()));
+      m_lastPose = std::max(m_lastPose, double((a.getBasis()[row] - b.getBasis()[row]).length()));
     }
   }
+  m_pose = std::max(m_pose, m_lastPose);
+}
+
+void OneStepComparison::addTo(Series& series) const {
+  series.gpu.residual.push_back(m_ourLast.rms());
+  series.stock.residual.push_back(m_stockLast.rms());
+  series.pose.push_back(m_lastPose);
 }
 
 namespace {

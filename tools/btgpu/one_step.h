@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "residuals.h"
+#include "series.h"
 #include "tolerances.h"
 
 namespace btgpu::tool {
@@ -23,6 +24,8 @@ class OneStepComparison {
   // `input`: with the joints' rows of the step.
   void afterStep(const btDynamicsWorld& gpuWorld, const WorldInput& input, const StepResults& results, bool converged);
 
+  // Adds the figures of the step just compared.
+  void addTo(Series& series) const;
   std::vector<Check> checks() const;
 
  private:
@@ -52,9 +55,10 @@ class OneStepComparison {
   long m_pairs = 0, m_missingPairs = 0, m_otherDepths = 0, m_otherNormals = 0;
   long m_singles = 0, m_otherSingles = 0;
   long m_states = 0, m_otherStates = 0;
-  double m_freeVelocity = 0, m_pose = 0, m_addedEnergy = 0, m_enteringEnergy = 0;
+  double m_freeVelocity = 0, m_pose = 0, m_lastPose = 0, m_addedEnergy = 0, m_enteringEnergy = 0;
   int m_step = 0;
   Residual m_ourResidual, m_stockResidual;         // all steps
+  Residual m_ourLast, m_stockLast;                 // the last step
   Residual m_forwardResidual, m_reversedResidual;  // stock in both orders, in the steps where both were run
   double m_ourDistance = 0, m_stockDistance = 0, m_reversedDistance = 0;
 };
