@@ -5,18 +5,33 @@
 #include <BulletWorldImporter/btBulletWorldImporter.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 namespace btgpu::tool {
 namespace {
 
-constexpr unsigned kImportSeconds = 60;  // a damaged file may also send the importer round in circles
+// What the importer may take: a damaged file may send it round in circles, or have it ask for all memory there is.
+constexpr unsigned kImportSeconds = 60;     // by the clock: the file may be a pipe that nobody writes to
+constexpr long kImportCpuSeconds = 5;       // of its own time, and as much for each kBytesPerShare
+constexpr rlim_t kImportBytes = 1ul << 30;  // of memory beyond what the tool has, and 100 times the file's size
+constexpr std::uintmax_t kBytesPerShare = 4u << 20;
+
+// Figures beyond these are a damaged file's; single precision squares and multiplies them without overflow.
+constexpr double kLargestLength = 1e9, kLargestMass = 1e12, kLargestGravity = 1e5, kLargestFactor = 10;
+constexpr int kMostIterations = 10'000;
+constexpr double kNoRotation = 0.01;  // of the axes' lengths and of their cosines
 
 // Bullet's importer reports on stdout, which belongs to the tool's own output.
 class QuietStdout {
@@ -50,39 +65,131 @@ struct ImportedScene : SceneContents {
 
 bool isFinite(const btVector3& v) { return std::isfinite(double(v.x() + v.y() + v.z())); }
 
-bool isFinite(const btTransform& t) {
-  return isFinite(t.getOrigin()) && isFinite(t.getBasis()[0]) && isFinite(t.getBasis()[1]) && isFinite(t.getBasis()[2]);
+// False for NaN.
+bool isWithin(double value, double lowest, double highest) { return value >= lowest && value <= highest; }
+
+bool isWithin(const btVector3& v, double largest) {
+  return isWithin(double(v.x()), -largest, largest) && isWithin(double(v.y()), -largest, largest) &&
+         isWithin(double(v.z()), -largest, largest);
+}
+
+bool isRotation(const btMatrix3x3& m) {
+  for (int row = 0; row < 3; ++row) {
+    if (!isWithin(double(m[row].length()), 1 - kNoRotation, 1 + kNoRotation)) return false;
+    if (!isWithin(double(m[row].dot(m[(row + 1) % 3])), -kNoRotation, kNoRotation)) return false;
+  }
+  return m.determinant() > 0;
+}
+
+void checkShape(const btCollisionShape& shape, const std::function<void(const char*)>& fail) {
+  if (shape.getShapeType() < 0 || shape.getShapeType() >= MAX_BROADPHASE_COLLISION_TYPES) fail("has an unknown shape");
+  if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
+    const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
+    if (!isWithin(double(plane.getPlaneNormal().length()), 1 - kNoRotation, 1 + kNoRotation) ||
+        !isWithin(double(plane.getPlaneConstant()), -kLargestLength, kLargestLength)) {
+      fail("its plane is none");
+    }
+    return;
+  }
+  btVector3 lower, upper;
+  shape.getAabb(btTransform::getIdentity(), lower, upper);
+  if (!isWithin(lower, kLargestLength) || !isWithin(upper, kLargestLength)) fail("its size is not finite");
+  if (lower.x() > upper.x() || lower.y() > upper.y() || lower.z() > upper.z()) fail("its size is negative");
+}
+
+void checkBody(const btRigidBody& body, const std::function<void(const char*)>& fail) {
+  if (!isFinite(body.getLinearVelocity()) || !isFinite(body.getAngularVelocity())) fail("its velocity is not finite");
+  const auto inverseMass = double(body.getInvMass());
+  if (inverseMass != 0 && !isWithin(inverseMass, 1 / kLargestMass, kLargestMass))
+    fail("its mass is not a positive number");
+  if (!isFinite(body.getInvInertiaDiagLocal())) fail("its inertia is not finite");
+  if (!isWithin(body.getLinearFactor(), kLargestFactor) || !isWithin(body.getAngularFactor(), kLargestFactor)) {
+    fail("the factors of its motion are out of range");
+  }
 }
 
 void checkObject(const std::string& path, int i, const btCollisionObject& object) {
-  const auto fail = [&](const char* what) {
+  const std::function<void(const char*)> fail = [&](const char* what) {
     throw InputError(fmt::format("{}: body {}: {}; the file is damaged", path, i, what));
   };
   const btCollisionShape* shape = object.getCollisionShape();
   if (!shape) fail("has no shape");
-  if (shape->getShapeType() < 0 || shape->getShapeType() >= MAX_BROADPHASE_COLLISION_TYPES)
-    fail("has an unknown shape");
-  if (!isFinite(object.getWorldTransform())) fail("its pose is not finite");
-  if (shape->getShapeType() != STATIC_PLANE_PROXYTYPE) {
-    btVector3 lower, upper;
-    shape->getAabb(btTransform::getIdentity(), lower, upper);
-    if (!isFinite(lower) || !isFinite(upper) || (upper - lower).length2() > btScalar(1e24))
-      fail("its size is not finite");
+  checkShape(*shape, fail);
+  const btTransform& pose = object.getWorldTransform();
+  if (!isWithin(pose.getOrigin(), kLargestLength)) fail("its pose is not finite");
+  if (!isRotation(pose.getBasis())) fail("its pose is no rotation");
+  if (!isWithin(double(object.getFriction()), 0, kLargestLength) ||
+      !isWithin(double(object.getRestitution()), 0, kLargestFactor)) {
+    fail("its friction or restitution is out of range");
   }
-  const btRigidBody* body = btRigidBody::upcast(&object);
-  if (!body) return;
-  if (!isFinite(body->getLinearVelocity()) || !isFinite(body->getAngularVelocity())) fail("its velocity is not finite");
-  if (!std::isfinite(double(body->getInvMass())) || body->getInvMass() < 0) fail("its mass is not a positive number");
-  if (!isFinite(body->getInvInertiaDiagLocal())) fail("its inertia is not finite");
+  if (const btRigidBody* body = btRigidBody::upcast(&object)) checkBody(*body, fail);
+}
+
+void checkWorld(const std::string& path, btDiscreteDynamicsWorld& world) {
+  const auto fail = [&](const char* what) { throw InputError(fmt::format("{}: {}; the file is damaged", path, what)); };
+  if (!isWithin(world.getGravity(), kLargestGravity)) fail("its gravity is out of range");
+  const btContactSolverInfo& info = world.getSolverInfo();
+  if (info.m_numIterations < 0 || info.m_numIterations > kMostIterations) {
+    fail("its number of solver iterations is out of range");
+  }
+  // Shares, and lengths that penetrations are held against.
+  for (const btScalar share : {info.m_sor, info.m_erp, info.m_erp2, info.m_warmstartingFactor, info.m_globalCfm,
+                               info.m_linearSlop, info.m_splitImpulsePenetrationThreshold, info.m_splitImpulseTurnErp,
+                               info.m_damping, info.m_tau, info.m_friction, info.m_restitution}) {
+    if (!isWithin(double(share), -kLargestFactor, kLargestFactor)) fail("its solver settings are out of range");
+  }
 }
 
 void load(const std::string& path, ImportedScene& scene, btDiscreteDynamicsWorld& world) {
   const QuietStdout quiet;
-  if (!scene.importer.loadFile(path.c_str())) {
-    throw InputError(fmt::format("{}: Bullet's importer does not take it; is it a .bullet file?", path));
+  bool taken = false;
+  try {
+    taken = scene.importer.loadFile(path.c_str());
+  } catch (const std::exception&) {
+    // From the standard library, on strings and arrays that the file only promised.
   }
+  if (!taken) throw InputError(fmt::format("{}: Bullet's importer does not take it; is it a .bullet file?", path));
   if (world.getNumCollisionObjects() == 0) throw InputError(fmt::format("{}: holds no bodies", path));
+  checkWorld(path, world);
   for (int i = 0; i < world.getNumCollisionObjects(); ++i) checkObject(path, i, *world.getCollisionObjectArray()[i]);
+}
+
+// Limits of a process while the file is read.
+class ImportLimits {
+ public:
+  explicit ImportLimits(const std::string& path) {
+    std::error_code none;
+    const std::uintmax_t found = std::filesystem::file_size(path, none);
+    const std::uintmax_t size = none ? 0 : found;
+    alarm(kImportSeconds);
+    const itimerval time{{0, 0}, {kImportCpuSeconds * static_cast<long>(1 + size / kBytesPerShare), 0}};
+    setitimer(ITIMER_PROF, &time, nullptr);
+    getrlimit(RLIMIT_AS, &m_memory);
+    rlimit memory = m_memory;
+    memory.rlim_cur = std::min<rlim_t>(m_memory.rlim_max, memoryInUse() + kImportBytes + 100 * size);
+    setrlimit(RLIMIT_AS, &memory);
+    const rlimit noCore{0, 0};
+    setrlimit(RLIMIT_CORE, &noCore);
+  }
+  void lift() const {
+    alarm(0);
+    const itimerval none{};
+    setitimer(ITIMER_PROF, &none, nullptr);
+    setrlimit(RLIMIT_AS, &m_memory);
+  }
+
+ private:
+  static rlim_t memoryInUse() {
+    rlim_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  }
+  rlimit m_memory{};
+};
+
+std::string causeOf(int signal) {
+  if (signal == SIGALRM || signal == SIGPROF) return "Bullet's importer does not come to an end on it";
+  return fmt::format("Bullet's importer died on it ({})", strsignal(signal));
 }
 
 }  // namespace
@@ -121,9 +228,9 @@ int runGuarded(const std::string& path, const std::function<int(const std::funct
   if (child < 0) throw std::runtime_error("no child process to read the file in");
   if (child == 0) {
     close(channel[0]);
-    alarm(kImportSeconds);
+    const ImportLimits limits(path);
     const int status = work([&] {
-      alarm(0);
+      limits.lift();
       const char done = 1;
       if (write(channel[1], &done, 1) != 1) _exit(1);
     });
@@ -137,12 +244,10 @@ int runGuarded(const std::string& path, const std::function<int(const std::funct
   const bool wasRead = read(channel[0], &done, 1) == 1;
   close(channel[0]);
   if (WIFEXITED(status)) return WEXITSTATUS(status);
-  const std::string signal = strsignal(WTERMSIG(status));
   if (!wasRead) {
-    throw InputError(
-        fmt::format("{}: Bullet's importer died on it ({}): the file is damaged, write it anew", path, signal));
+    throw InputError(fmt::format("{}: {}: the file is damaged, write it anew", path, causeOf(WTERMSIG(status))));
   }
-  throw std::runtime_error(fmt::format("the comparison died ({})", signal));
+  throw std::runtime_error(fmt::format("the comparison died ({})", strsignal(WTERMSIG(status))));
 }
 
 }  // namespace btgpu::tool

@@ -10,7 +10,7 @@ inline constexpr const char* kPageStyle = R"css(
   --gpu: #d9480f; --stock: #74b3ee; --pass: #2b8a3e; --fail: #c92a2a; --pass-panel: #ebfbee; --fail-panel: #fff0f0 }
 @media (prefers-color-scheme: dark) { :root { --page: #13161a; --panel: #1b1f25; --text: #e4e7eb; --muted: #98a2af;
   --rule: #2e343d; --gpu: #ff8a3d; --stock: #2f6db0; --pass: #69db7c; --fail: #ff8787; --pass-panel: #14261a;
-  --fail-panel: #2f191b } }
+  --fail-panel: #2f191b } .picture img { filter: brightness(.85) } }
 * { box-sizing: border-box }
 body { margin: 0; background: var(--page); color: var(--text); line-height: 1.5;
   font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Noto Sans", "Liberation Sans", sans-serif }
@@ -61,7 +61,7 @@ table { border-collapse: collapse; width: 100%; margin-bottom: 20px }
 th, td { text-align: left; padding: 6px 12px 6px 0; border-bottom: 1px solid var(--rule); vertical-align: top;
   font-weight: 400 }
 thead th { color: var(--muted); font-size: 13px; white-space: nowrap }
-code { font: 13px/1.6 ui-monospace, "SF Mono", "Liberation Mono", monospace }
+code { font: 13px/1.6 ui-monospace, "SF Mono", "Liberation Mono", monospace; overflow-wrap: anywhere }
 .meaning { display: block; font-size: 13px; max-width: 70ch }
 .number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; padding-left: 12px }
 sup { font-size: 70%; line-height: 0 }

@@ -137,7 +137,9 @@ btVector3 colourOf(int body) {
                                        {s(0.62), s(0.26), s(0.33)}, {s(0.45), s(0.40), s(0.66)},
                                        {s(0.43), s(0.62), s(0.74)}, {s(0.72), s(0.70), s(0.62)}};
   const unsigned mixed = static_cast<unsigned>(body) * 2654435761u;
-  return kColours[mixed >> 29];
+  const btVector3& c = kColours[mixed >> 29];
+  const auto linear = [](btScalar v) { return s(std::pow(double(v), 1.5)); };
+  return btVector3(linear(c.x()), linear(c.y()), linear(c.z()));
 }
 
 double smoothStep(double from, double to, double x) {
@@ -339,6 +341,30 @@ class Painter {
   std::map<const btCollisionShape*, std::vector<Corner>> m_meshes;
 };
 
+// Puts the eye where it sees all balls around `middle`; returns the middle of what it then sees.
+btVector3 stepBack(Camera& camera, const std::vector<Ball>& balls, const btVector3& middle) {
+  btScalar distance = 0;
+  for (const Ball& b : balls) {
+    const btVector3 d = b.centre - middle;
+    const btScalar across = (btFabs(d.dot(camera.right)) + b.radius) / camera.tangentX;
+    const btScalar along = (btFabs(d.dot(camera.up)) + b.radius) / camera.tangentY;
+    distance = btMax(distance, btMax(across, along) - d.dot(camera.forward));
+  }
+  distance *= s(1.08);
+  camera.eye = middle - camera.forward * distance;
+  btVector3 shift(0, 0, 0);
+  for (const btVector3& axis : {camera.right, camera.up}) {
+    btScalar least = s(1e30), most = s(-1e30);
+    for (const Ball& b : balls) {
+      const btVector3 d = b.centre - camera.eye;
+      least = btMin(least, (d.dot(axis) - b.radius) / d.dot(camera.forward));
+      most = btMax(most, (d.dot(axis) + b.radius) / d.dot(camera.forward));
+    }
+    shift += axis * ((least + most) / 2 * distance);
+  }
+  return middle + shift;
+}
+
 }  // namespace
 
 Camera cameraFor(const std::vector<const btDiscreteDynamicsWorld*>& worlds, int width, int height) {
@@ -368,15 +394,9 @@ Camera cameraFor(const std::vector<const btDiscreteDynamicsWorld*>& worlds, int 
   }
   camera.focus = (lower + upper) / 2;
   camera.radius = s(1e-6);
-  btScalar distance = 0;
-  for (const Ball& b : balls) {
-    const btVector3 d = b.centre - camera.focus;
-    camera.radius = btMax(camera.radius, d.length() + b.radius);
-    const btScalar across = (btFabs(d.dot(camera.right)) + b.radius) / camera.tangentX;
-    const btScalar along = (btFabs(d.dot(camera.up)) + b.radius) / camera.tangentY;
-    distance = btMax(distance, btMax(across, along) - d.dot(camera.forward));
-  }
-  camera.eye = camera.focus - camera.forward * (distance * s(1.08));
+  for (const Ball& b : balls) camera.radius = btMax(camera.radius, (b.centre - camera.focus).length() + b.radius);
+  btVector3 middle = camera.focus;
+  for (int round = 0; round < 3; ++round) middle = stepBack(camera, balls, middle);
   return camera;
 }
 
