@@ -73,18 +73,9 @@ int benchBuiltIn(const BenchArguments& arguments, BenchOptions options) {
 
 int benchFile(const BenchArguments& arguments, const BenchOptions& options) {
   if (!arguments.size.empty()) throw InputError("--size does not go with a .bullet file: it has its own");
-  return runGuarded(arguments.scene, [&](const std::function<void()>& fileWasRead) {
-    try {
-      const Builder build = builderOfFile(arguments.scene);
-      { TestWorld<btDiscreteDynamicsWorld> probe(build); }
-      fileWasRead();
-      checkDevices(options);
-      return runBench(arguments, arguments.scene, build, options);
-    } catch (const InputError& e) {
-      fmt::print(stderr, "btgpu: {}\n", e.what());
-      return kBadInput;
-    }
-  });
+  const Builder build = builderOfFile(arguments.scene);
+  checkDevices(options);
+  return runBench(arguments, arguments.scene, build, options);
 }
 
 int runBenchCommand(const BenchArguments& arguments) {

@@ -24,7 +24,7 @@ namespace {
 
 // What the importer may take: a damaged file may send it round in circles, or have it ask for all memory there is.
 constexpr unsigned kImportSeconds = 60;     // by the clock: the file may be a pipe that nobody writes to
-constexpr long kImportCpuSeconds = 5;       // of its own time, and as much for each kBytesPerShare
+constexpr long kImportCpuSeconds = 3;       // of its own time, and as much for each kBytesPerShare
 constexpr rlim_t kImportBytes = 1ul << 30;  // of memory beyond what the tool has, and 100 times the file's size
 constexpr std::uintmax_t kBytesPerShare = 4u << 20;
 
@@ -125,7 +125,7 @@ void checkObject(const std::string& path, int i, const btCollisionObject& object
   if (const btRigidBody* body = btRigidBody::upcast(&object)) checkBody(*body, fail);
 }
 
-void checkWorld(const std::string& path, btDiscreteDynamicsWorld& world) {
+void checkSettings(const std::string& path, btDiscreteDynamicsWorld& world) {
   const auto fail = [&](const char* what) { throw InputError(fmt::format("{}: {}; the file is damaged", path, what)); };
   if (!isWithin(world.getGravity(), kLargestGravity)) fail("its gravity is out of range");
   const btContactSolverInfo& info = world.getSolverInfo();
@@ -140,8 +140,13 @@ void checkWorld(const std::string& path, btDiscreteDynamicsWorld& world) {
   }
 }
 
+void checkWorld(const std::string& path, btDiscreteDynamicsWorld& world) {
+  if (world.getNumCollisionObjects() == 0) throw InputError(fmt::format("{}: holds no bodies", path));
+  checkSettings(path, world);
+  for (int i = 0; i < world.getNumCollisionObjects(); ++i) checkObject(path, i, *world.getCollisionObjectArray()[i]);
+}
+
 void load(const std::string& path, ImportedScene& scene, btDiscreteDynamicsWorld& world) {
-  const QuietStdout quiet;
   bool taken = false;
   try {
     taken = scene.importer.loadFile(path.c_str());
@@ -149,47 +154,104 @@ void load(const std::string& path, ImportedScene& scene, btDiscreteDynamicsWorld
     // From the standard library, on strings and arrays that the file only promised.
   }
   if (!taken) throw InputError(fmt::format("{}: Bullet's importer does not take it; is it a .bullet file?", path));
-  if (world.getNumCollisionObjects() == 0) throw InputError(fmt::format("{}: holds no bodies", path));
   checkWorld(path, world);
-  for (int i = 0; i < world.getNumCollisionObjects(); ++i) checkObject(path, i, *world.getCollisionObjectArray()[i]);
 }
 
-// Limits of a process while the file is read.
-class ImportLimits {
- public:
-  explicit ImportLimits(const std::string& path) {
-    std::error_code none;
-    const std::uintmax_t found = std::filesystem::file_size(path, none);
-    const std::uintmax_t size = none ? 0 : found;
-    alarm(kImportSeconds);
-    const itimerval time{{0, 0}, {kImportCpuSeconds * static_cast<long>(1 + size / kBytesPerShare), 0}};
-    setitimer(ITIMER_PROF, &time, nullptr);
-    getrlimit(RLIMIT_AS, &m_memory);
-    rlimit memory = m_memory;
-    memory.rlim_cur = std::min<rlim_t>(m_memory.rlim_max, memoryInUse() + kImportBytes + 100 * size);
-    setrlimit(RLIMIT_AS, &memory);
-    const rlimit noCore{0, 0};
-    setrlimit(RLIMIT_CORE, &noCore);
-  }
-  void lift() const {
-    alarm(0);
-    const itimerval none{};
-    setitimer(ITIMER_PROF, &none, nullptr);
-    setrlimit(RLIMIT_AS, &m_memory);
-  }
+std::string serialized(const btDiscreteDynamicsWorld& world) {
+  btDefaultSerializer serializer;
+  const_cast<btDiscreteDynamicsWorld&>(world).serialize(&serializer);
+  return {reinterpret_cast<const char*>(serializer.getBufferPointer()),
+          static_cast<size_t>(serializer.getCurrentBufferSize())};
+}
 
- private:
-  static rlim_t memoryInUse() {
-    rlim_t pages = 0;
-    std::ifstream("/proc/self/statm") >> pages;
-    return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
-  }
-  rlimit m_memory{};
-};
+rlim_t memoryInUse() {
+  rlim_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+}
+
+// Limits this process for the rest of its life.
+void limitForImport(const std::string& path) {
+  std::error_code none;
+  const std::uintmax_t found = std::filesystem::file_size(path, none);
+  const std::uintmax_t size = none ? 0 : found;
+  alarm(kImportSeconds);
+  const itimerval time{{0, 0}, {kImportCpuSeconds * static_cast<long>(1 + size / kBytesPerShare), 0}};
+  setitimer(ITIMER_PROF, &time, nullptr);
+  rlimit memory{};
+  getrlimit(RLIMIT_AS, &memory);
+  memory.rlim_cur = std::min<rlim_t>(memory.rlim_max, memoryInUse() + kImportBytes + 100 * size);
+  setrlimit(RLIMIT_AS, &memory);
+  const rlimit noCore{0, 0};
+  setrlimit(RLIMIT_CORE, &noCore);
+}
 
 std::string causeOf(int signal) {
   if (signal == SIGALRM || signal == SIGPROF) return "Bullet's importer does not come to an end on it";
   return fmt::format("Bullet's importer died on it ({})", strsignal(signal));
+}
+
+// In the child process: writes the world of the file to `channel`, or what is wrong with it. Returns the exit status.
+int copyWorld(const std::string& path, int channel) {
+  limitForImport(path);
+  const QuietStdout quiet;
+  std::string answer;
+  int status = 0;
+  try {
+    TestWorld<btDiscreteDynamicsWorld> world([&path](btDiscreteDynamicsWorld& empty) {
+      auto scene = std::make_unique<ImportedScene>(empty);
+      load(path, *scene, empty);
+      return scene;
+    });
+    answer = serialized(world.world());
+  } catch (const InputError& e) {
+    answer = e.what();
+    status = 1;
+  } catch (const std::exception&) {  // out of the memory that it was given
+    status = 1;
+  }
+  size_t written = 0;
+  while (written < answer.size()) {
+    const ssize_t n = write(channel, answer.data() + written, answer.size() - written);
+    if (n <= 0) return 1;
+    written += static_cast<size_t>(n);
+  }
+  return status;
+}
+
+std::string readAll(int channel) {
+  std::string text;
+  char buffer[65536];
+  for (ssize_t n; (n = read(channel, buffer, sizeof buffer)) != 0;) {
+    if (n > 0) text.append(buffer, static_cast<size_t>(n));
+    if (n < 0 && errno != EINTR) break;
+  }
+  return text;
+}
+
+// The world of a file, written anew by a child process: the importer may die, hang or spoil memory in there.
+std::string copyOfWorld(const std::string& path) {
+  int channel[2];
+  if (pipe2(channel, O_CLOEXEC) != 0) throw std::runtime_error("no pipe to the child process");
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("no child process to read the file in");
+  if (child == 0) {
+    close(channel[0]);
+    _exit(copyWorld(path, channel[1]));
+  }
+  close(channel[1]);
+  std::string answer = readAll(channel[0]);
+  close(channel[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (WIFSIGNALED(status)) {
+    throw InputError(fmt::format("{}: {}: the file is damaged, write it anew", path, causeOf(WTERMSIG(status))));
+  }
+  if (status != 0)
+    throw InputError(answer.empty() ? fmt::format("{}: can't be read: the file is damaged, write it anew", path)
+                                    : answer);
+  return answer;
 }
 
 }  // namespace
@@ -201,53 +263,25 @@ bool isBulletFile(const std::string& name) {
 }
 
 Builder builderOfFile(const std::string& path) {
-  return [path](btDiscreteDynamicsWorld& world) -> std::unique_ptr<SceneContents> {
-    if (!std::ifstream(path).good())
-      throw InputError(fmt::format("{}: {}; check the path", path, std::strerror(errno)));
+  if (!std::ifstream(path).good()) throw InputError(fmt::format("{}: {}; check the path", path, std::strerror(errno)));
+  return [path, copy = copyOfWorld(path)](btDiscreteDynamicsWorld& world) -> std::unique_ptr<SceneContents> {
     auto scene = std::make_unique<ImportedScene>(world);
-    load(path, *scene, world);
+    std::string bytes = copy;  // the importer works in it
+    const QuietStdout quiet;
+    if (!scene->importer.loadFileFromMemory(bytes.data(), static_cast<int>(bytes.size()))) {
+      throw std::runtime_error(fmt::format("{}: its copy could not be read", path));
+    }
+    checkWorld(path, world);
     return scene;
   };
 }
 
 void writeBulletFile(const scenes::Scene& scene, scenes::Size size, const std::string& path) {
-  TestWorld<btDiscreteDynamicsWorld> world(builderOf(scene, size));
-  btDefaultSerializer serializer;
-  world.world().serialize(&serializer);
+  const TestWorld<btDiscreteDynamicsWorld> world(builderOf(scene, size));
   std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(serializer.getBufferPointer()), serializer.getCurrentBufferSize());
+  file << serialized(world.world());
   if (!file.flush())
     throw InputError(fmt::format("{}: can't be written: {}; check the path", path, std::strerror(errno)));
-}
-
-int runGuarded(const std::string& path, const std::function<int(const std::function<void()>&)>& work) {
-  int channel[2];
-  if (pipe2(channel, O_CLOEXEC) != 0) throw std::runtime_error("no pipe to the child process");
-  std::fflush(nullptr);
-  const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("no child process to read the file in");
-  if (child == 0) {
-    close(channel[0]);
-    const ImportLimits limits(path);
-    const int status = work([&] {
-      limits.lift();
-      const char done = 1;
-      if (write(channel[1], &done, 1) != 1) _exit(1);
-    });
-    std::fflush(nullptr);
-    _exit(status);
-  }
-  close(channel[1]);
-  int status = 0;
-  waitpid(child, &status, 0);
-  char done = 0;
-  const bool wasRead = read(channel[0], &done, 1) == 1;
-  close(channel[0]);
-  if (WIFEXITED(status)) return WEXITSTATUS(status);
-  if (!wasRead) {
-    throw InputError(fmt::format("{}: {}: the file is damaged, write it anew", path, causeOf(WTERMSIG(status))));
-  }
-  throw std::runtime_error(fmt::format("the comparison died ({})", strsignal(WTERMSIG(status))));
 }
 
 }  // namespace btgpu::tool

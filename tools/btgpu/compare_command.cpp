@@ -77,17 +77,7 @@ int compareFile(const CompareArguments& arguments) {
   if (!arguments.size.empty()) throw InputError("--size does not go with a .bullet file: it has its own");
   constexpr int kSteps = 300;
   constexpr double kTimeStep = 1.0 / 60.0;
-  return runGuarded(arguments.scene, [&](const std::function<void()>& fileWasRead) {
-    try {
-      const Builder build = builderOfFile(arguments.scene);
-      { TestWorld<btDiscreteDynamicsWorld> probe(build); }
-      fileWasRead();
-      return runComparison(arguments, arguments.scene, build, unknownScene(), kTimeStep, kSteps);
-    } catch (const InputError& e) {
-      fmt::print(stderr, "btgpu: {}\n", e.what());
-      return kBadInput;
-    }
-  });
+  return runComparison(arguments, arguments.scene, builderOfFile(arguments.scene), unknownScene(), kTimeStep, kSteps);
 }
 
 }  // namespace
