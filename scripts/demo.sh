@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Zlib
 # SPDX-FileCopyrightText: 2026 The btgpu authors
 # Installs what is missing, builds the command line tool, and runs btgpu side by side with stock Bullet on two scenes:
-# the shipped .bullet file and the paper's stack of boxes. Leaves the results in report/. A second call does only what
-# is left.
+# the shipped .bullet file and the paper's stack of boxes. Leaves the results in report/: figures, and a page with plots
+# and pictures of each. A second call does only what is left.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -26,14 +26,16 @@ compare() {  # NAME ARGUMENTS...
   local name=$1
   shift
   echo
-  build/ci/bin/btgpu compare "$@" --json "report/$name.json" | tee "report/$name.txt" || status=1
+  build/ci/bin/btgpu compare "$@" --json "report/$name.json" --report "report/$name.html" |
+    tee "report/$name.txt" || status=1
 }
 compare mixed-file samples/scenes/mixed.bullet --steps 300
 compare stack stack --size 10,10,10 --steps 200
 echo
 if [ $status -eq 0 ]; then
-  echo "btgpu agrees with stock Bullet. The figures are in report/."
+  echo "btgpu agrees with stock Bullet. The figures are in report/, and to look at:"
 else
-  echo "btgpu does NOT agree with stock Bullet; see report/." >&2
+  echo "btgpu does NOT agree with stock Bullet; see report/:" >&2
 fi
+printf '  %s\n' "$PWD"/report/*.html
 exit $status

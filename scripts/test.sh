@@ -24,7 +24,7 @@ build() {  # PRESET [TARGET...]
 }
 
 run_short() {
-  scripts/setup.sh
+  scripts/setup.sh chromium
   build ci
   ctest --test-dir build/ci --output-on-failure --label-exclude long -j 2
 }
@@ -39,11 +39,12 @@ item_long_tests() {
   ctest --test-dir build/ci --output-on-failure --label-regex long
 }
 item_clang() {
-  scripts/setup.sh clang
+  scripts/setup.sh clang chromium
   build ci-clang
   ctest --test-dir build/ci-clang --output-on-failure --label-regex 'unit|stage' --label-exclude 'long|oclgrind' -j 2
 }
 item_sanitizers() {
+  scripts/setup.sh chromium
   build asan-ubsan
   # Leaks of the OpenCL driver are not ours; everything else fails the test.
   ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \

@@ -142,6 +142,7 @@ TEST(CommandLine, BadSizeIsTwo) {
   // As of a script whose variable is not set: not the default instead.
   expectBadInput(tool({"compare", "stack", "--size", ""}), {"--size", "empty"});
   expectBadInput(tool({"compare", "stack", "--json", ""}), {"--json", "empty"});
+  expectBadInput(tool({"compare", "stack", "--report", ""}), {"--report", "empty"});
   expectBadInput(tool({"compare", kSample, "--size", "2,2,2"}), {"--size", ".bullet file"});
 }
 
@@ -341,6 +342,7 @@ TEST(CommandLine, UnwritableFilesAreTwo) {
   const std::string path = folder.file("nosuch/result");
   expectOneLine(tool(kSmallRun + Arguments{"--json", path}), 2, {path, "can't be written", "check the path"});
   expectOneLine(tool({"compare", kSample, "--steps", "2", "--json", path}), 2, {path, "can't be written"});
+  expectOneLine(tool(kSmallRun + Arguments{"--report", path}), 2, {path, "can't be written", "check the path"});
   expectBadInput(tool({"scenes", "--write", "stack", path, "--size", "1,1,1"}), {path, "can't be written"});
 }
 

@@ -23,7 +23,7 @@ namespace btgpu::tool {
 namespace {
 
 // What the importer may take: a damaged file may send it round in circles, or have it ask for all memory there is.
-constexpr unsigned kImportSeconds = 60;     // by the clock: the file may be a pipe that nobody writes to
+constexpr unsigned kImportSeconds = 60;     // by the clock, whatever it waits for
 constexpr long kImportCpuSeconds = 3;       // of its own time, and as much for each kBytesPerShare
 constexpr rlim_t kImportBytes = 1ul << 30;  // of memory beyond what the tool has, and 100 times the file's size
 constexpr std::uintmax_t kBytesPerShare = 4u << 20;
@@ -195,6 +195,7 @@ std::string causeOf(int signal) {
 int copyWorld(const std::string& path, int channel) {
   limitForImport(path);
   const QuietStdout quiet;
+  dup2(STDOUT_FILENO, STDERR_FILENO);  // nor does what a debug build or a sanitizer says of a damaged file belong there
   std::string answer;
   int status = 0;
   try {
@@ -263,7 +264,13 @@ bool isBulletFile(const std::string& name) {
 }
 
 Builder builderOfFile(const std::string& path) {
-  if (!std::ifstream(path).good()) throw InputError(fmt::format("{}: {}; check the path", path, std::strerror(errno)));
+  if (access(path.c_str(), R_OK) != 0) {
+    throw InputError(fmt::format("{}: {}; check the path", path, std::strerror(errno)));
+  }
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) {
+    throw InputError(fmt::format("{}: is no regular file; is it a .bullet file?", path));
+  }
   return [path, copy = copyOfWorld(path)](btDiscreteDynamicsWorld& world) -> std::unique_ptr<SceneContents> {
     auto scene = std::make_unique<ImportedScene>(world);
     std::string bytes = copy;  // the importer works in it

@@ -204,7 +204,8 @@ std::string toJson(const CompareResult& r) {
                                {"cpu", figuresJson(r.stock, r.cpuMsPerStep)},
                                {"gpu", figuresJson(r.gpu, r.gpuMsPerStep)},
                                {"fallbacks", fallbacks}};
-  return json.dump(2) + "\n";
+  // A file's name may be no UTF-8.
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace btgpu::tool

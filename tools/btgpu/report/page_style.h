@@ -51,9 +51,9 @@ figure { margin: 0; min-width: 0 }
 .grid { stroke: var(--rule); stroke-width: 1 }
 .axis { stroke: var(--muted); stroke-width: 1 }
 .tick { fill: var(--muted); font-size: 12px; font-variant-numeric: tabular-nums }
-.line { fill: none; stroke-linejoin: round; stroke-linecap: round }
-.line.gpu { stroke: var(--gpu); stroke-width: 1.6 }
-.line.stock { stroke: var(--stock); stroke-width: 4.5 }
+.line { fill: none; vector-effect: non-scaling-stroke; stroke-linejoin: round; stroke-linecap: round }
+.line.gpu { stroke: var(--gpu); stroke-width: 2 }
+.line.stock { stroke: var(--stock); stroke-width: 5 }
 .dot.gpu { fill: var(--gpu); r: 3px }
 .dot.stock { fill: var(--stock); r: 6px }
 .scroll { overflow-x: auto }
