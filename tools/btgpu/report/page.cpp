@@ -203,15 +203,17 @@ std::string stages(const CompareResult& r) {
 }
 
 std::string fallbacks(const CompareResult& r) {
-  if (r.fallbacks.empty())
+  if (r.fallbacks.empty()) {
     return section("fallbacks", "What fell back", paragraph("Nothing: everything ran on the device."));
+  }
   std::string rows;
   for (const btGpuFallback& f : r.fallbacks) {
-    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"number\">{}</td></tr>\n",
-                        escapeHtml(f.m_what), escapeHtml(f.m_reason), f.m_count);
+    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td class=\"number\">{}</td></tr>\n",
+                        escapeHtml(f.m_what), escapeHtml(f.m_reason), f.m_wholeStep ? "the whole step" : "only this",
+                        f.m_count);
   }
   return section("fallbacks", "What fell back",
-                 "<div class=\"scroll\"><table><thead><tr><th>what ran on the CPU</th><th>why</th><th "
+                 "<div class=\"scroll\"><table><thead><tr><th>because of</th><th>why</th><th>ran on the CPU</th><th "
                  "class=\"number\">times</th></tr></thead><tbody>\n" +
                      rows + "</tbody></table></div>\n");
 }
