@@ -88,9 +88,20 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   uploadTracked(queue, input.materials, materials);
   uploadTracked(queue, input.dampings, dampings);
   uploadTracked(queue, input.shapes, shapes);
+  uploadHulls(queue, input.hulls);
 
   uploadBorn(queue, input.born, input.replaceManifolds, oldCount);
   if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
+}
+
+void DeviceWorld::uploadHulls(Queue& queue, const HullArrays& hulls) {
+  if (hulls.vertices.empty() || (!hulls.changed && !hullVertices.empty())) return;
+  hullVertices.copyFromHost(queue, hulls.vertices, false);
+  hullFaces.copyFromHost(queue, hulls.faces, false);
+  hullCorners.copyFromHost(queue, hulls.corners, false);
+  // A kernel's argument has to be something, even where all hulls are points.
+  static const std::vector<HullEdge> kNoEdges(1);
+  hullEdges.copyFromHost(queue, hulls.edges.empty() ? kNoEdges : hulls.edges, false);
 }
 
 void DeviceWorld::forgetStaleAabbs(Queue& queue, const WorldInput& input) {

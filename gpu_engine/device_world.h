@@ -34,6 +34,12 @@ struct DeviceWorld {
   DeviceArray<BodyDamping> dampings{"dampings"};           // host
   DeviceArray<Shape> shapes{"shapes"};                     // host; length: shapes
 
+  // All hulls, one behind the other (WorldInput::hulls).
+  DeviceArray<float4> hullVertices{"hull vertices"};  // host
+  DeviceArray<HullFace> hullFaces{"hull faces"};      // host
+  DeviceArray<uint> hullCorners{"hull corners"};      // host
+  DeviceArray<HullEdge> hullEdges{"hull edges"};      // host
+
   // The last step's result, read by the next one. Each has a twin that the running step writes; the two are
   // swapped when the step has succeeded, so a step can be repeated from an untouched state.
   DeviceArray<Aabb> oldAabbs{"old aabbs"};              // bodies
@@ -62,6 +68,9 @@ struct DeviceWorld {
   DeviceArray<SeparatingAxis> axes{"separating axes"};           // stage 44; by position in the box-box bucket
   DeviceArray<uint> overlapping{"overlapping box pairs"};        // stage 44: positions in the bucket, ascending
   DeviceArray<uint> overlapCount{"overlapping box pair count"};  // 1; stage 44
+  DeviceArray<ClosestFeatures> closest{"closest features"};      // stage 44; by position among the convex pairs
+  DeviceArray<uint> nearPairs{"convex pairs near each other"};   // stage 44: such positions, ascending
+  DeviceArray<uint> nearCount{"count of near convex pairs"};     // 1; stage 44
   DeviceArray<Manifold> manifolds{"manifolds"};                  // stages 48, 65 and 70
   DeviceArray<Manifold> matchedManifolds{"matched manifolds"};   // copy after stage 48, if wanted
   DeviceArray<uint> constraints{"constraints"};                  // stage 55: manifolds that are solved, ascending
@@ -97,6 +106,7 @@ struct DeviceWorld {
   void swapStepResults();
 
  private:
+  void uploadHulls(Queue& queue, const HullArrays& hulls);
   void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
   void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem, size_t oldCount);
 

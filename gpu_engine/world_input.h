@@ -20,6 +20,15 @@ struct Tracked {
   std::vector<std::uint32_t> changed;
 };
 
+// Vertices, faces and edges of all hulls; Shape says which are a hull's own.
+struct HullArrays {
+  std::vector<float4> vertices;
+  std::vector<HullFace> faces;
+  std::vector<uint> corners;  // of the faces: vertices in turn, anticlockwise from outside, counted from the hull's first
+  std::vector<HullEdge> edges;
+  bool changed = false;  // since the last step
+};
+
 struct WorldInput {
   // Length of every body array: slots in use and free ones (flags without BODY_PRESENT).
   std::uint32_t bodyCount = 0;
@@ -35,6 +44,7 @@ struct WorldInput {
   std::vector<std::uint32_t> born;  // slots that hold another body than in the last step, ascending
 
   Tracked<Shape> shapes;  // indexed by BodyInfo::shapeIndex
+  HullArrays hulls;
 
   // Origin of the region that all positions are relative to, in world coordinates. When it changes, all poses are
   // in poses.changed.
@@ -50,6 +60,7 @@ struct WorldInput {
                        &materials.changed, &dampings.changed, &activations.changed, &shapes.changed, &born}) {
       list->clear();
     }
+    hulls.changed = false;
     replaceManifolds = false;
     manifolds.clear();
   }

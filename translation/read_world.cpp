@@ -53,7 +53,7 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   }
   chooseRegion(missing);
   for (const std::uint32_t slot : m_order) readObject(world, slot, missing, notes);
-  m_shapes.end();
+  m_shapes.end(m_input);
   sortChanges();
 }
 
@@ -171,7 +171,7 @@ void WorldReader::readObject(btDiscreteDynamicsWorld& world, std::uint32_t i, Fa
   btCollisionObject& object = *slot.object;
   const btRigidBody* rigid = btRigidBody::upcast(&object);
   if (!checkObject(world, object, rigid, missing)) return;
-  const int shapeIndex = m_shapes.read(object.getCollisionShape(), m_input.shapes, missing);
+  const int shapeIndex = m_shapes.read(object.getCollisionShape(), m_input, missing);
   if (shapeIndex < 0) return;
   const bool isPlane = m_input.shapes.values[static_cast<std::size_t>(shapeIndex)].type == SHAPE_PLANE;
   if (isPlane && !object.isStaticOrKinematicObject()) {

@@ -301,12 +301,16 @@ btCollisionShape* spheres(Lab& lab) {
 }
 
 const Cause kShapes[] = {
-    shape("Capsule", "CapsuleShape", [](Lab& lab) { return lab.shape<btCapsuleShape>(s(0.3), s(0.5)); }),
-    shape("CapsuleX", "CapsuleX", [](Lab& lab) { return lab.shape<btCapsuleShapeX>(s(0.3), s(0.5)); }),
     shape("Cylinder", "CylinderY",
           [](Lab& lab) { return lab.shape<btCylinderShape>(btVector3(s(0.5), s(0.5), s(0.5))); }),
     shape("Cone", "Cone", [](Lab& lab) { return lab.shape<btConeShape>(s(0.5), 1); }),
-    shape("ConvexHull", "Convex", [](Lab& lab) { return hull(lab); }),
+    {"PolyhedralHull", "Convex shape", "has polyhedral features (initializePolyhedralFeatures)",
+     [](Lab& lab) {
+       btConvexHullShape* points = hull(lab);
+       points->initializePolyhedralFeatures();
+       lab.addShape(points, 1);
+     },
+     [](Lab& lab) { lab.removeShape(); }},
     shape("Compound", "Compound", [](Lab& lab) { return compound(lab); }),
     shape(
         "TriangleMesh", "BVHTRIANGLEMESH", [](Lab& lab) { return lab.shape<btBvhTriangleMeshShape>(mesh(lab), true); },
@@ -481,10 +485,10 @@ INSTANTIATE_TEST_SUITE_P(Objects, Fallback, testing::ValuesIn(kObjects), nameOf)
 // Several causes at once are all named.
 TEST(FallbackReport, NamesAllCauses) {
   const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
-  gpu->addShape(gpu->shape<btCapsuleShape>(s(0.3), s(0.5)));
+  gpu->addShape(gpu->shape<btCylinderShape>(btVector3(s(0.3), s(0.5), s(0.3))));
   setFlag(*gpu->bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true);
   gpu->step(2);
-  EXPECT_EQ(reported(gpu->gpu(), "CapsuleShape shape").m_count, 2u);
+  EXPECT_EQ(reported(gpu->gpu(), "CylinderY shape").m_count, 2u);
   EXPECT_EQ(reported(gpu->gpu(), "friction anchor").m_count, 2u);
   EXPECT_EQ(gpu->gpu().fallbackReport().size(), 2u) << reportText(gpu->gpu());
   EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, 2u);
@@ -493,12 +497,12 @@ TEST(FallbackReport, NamesAllCauses) {
 // Many bodies with one cause are counted once a step.
 TEST(FallbackReport, CountsSteps) {
   const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
-  auto* capsule = gpu->shape<btCapsuleShape>(s(0.3), s(0.5));
-  auto* longer = gpu->shape<btCapsuleShape>(s(0.3), s(0.9));
-  for (int i = 0; i < 5; ++i) gpu->objects->add(1, i % 2 ? capsule : longer, btVector3(s(-5 - 2 * i), 1, 0));
+  auto* cylinder = gpu->shape<btCylinderShape>(btVector3(s(0.3), s(0.5), s(0.3)));
+  auto* longer = gpu->shape<btCylinderShape>(btVector3(s(0.3), s(0.9), s(0.3)));
+  for (int i = 0; i < 5; ++i) gpu->objects->add(1, i % 2 ? cylinder : longer, btVector3(s(-5 - 2 * i), 1, 0));
   gpu->step(4);
   EXPECT_EQ(gpu->gpu().fallbackReport().size(), 1u) << reportText(gpu->gpu());
-  EXPECT_EQ(reported(gpu->gpu(), "CapsuleShape shape").m_count, 4u);
+  EXPECT_EQ(reported(gpu->gpu(), "CylinderY shape").m_count, 4u);
 }
 
 // A body whose shape is taken away while it is in the world has no proxy any more... and neither have bodies
