@@ -458,19 +458,22 @@ const std::vector<Scene>& all() {
        kStep,
        {30, 0, Rest::Yes},
        buildDomino},
+      // Boxes that slide and tumble have old points in their manifolds. Of the new ones on top Bullet keeps those that span
+      // the largest area together with the old ones, which it then drops: the deepest may be lost, in either world, and
+      // which one depends on the order of the points. 0.2 to 0.9 % of the pairs in these two scenes, all in motion.
       {"ragdoll",
        "ragdolls of boxes, spheres, cone twist joints and hinges, dropped on the ground",
-       {2, 2, 2},
-       300,
+       {3, 2, 3},
+       400,
        kStep,
-       {10, 0, Rest::AsStock, 0.05, {"joints"}},
+       {10, 0, Rest::AsStock, 0.05, 0.01, {"joints"}},
        buildRagdoll},
       {"vehicle",
        "X raycast vehicles that drive through Z stacks of Y crates",
        {2, 2, 4},
        240,
        kStep,
-       {30, 0, Rest::No, 0, {"actions"}},
+       {30, 0, Rest::No, 0, 0.01, {"actions"}},
        buildVehicle},
   };
   return scenes;

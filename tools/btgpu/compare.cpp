@@ -98,7 +98,7 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
   settings.m_keepContacts = true;
   TestWorld<btGpuDynamicsWorld> gpu(build, settings);
   const btScalar dt = static_cast<btScalar>(options.timeStep);
-  OneStepComparison oneStep(build, dt);
+  OneStepComparison oneStep(build, expectations, dt);
   FreeRunComparison freeRun(build, expectations, steps);
 
   CompareResult result;

@@ -16,7 +16,7 @@ namespace btgpu::tool {
 // measured as well, by solving now and then with the manifolds in reverse order.
 class OneStepComparison {
  public:
-  OneStepComparison(const Builder& build, btScalar timeStep);
+  OneStepComparison(const Builder& build, const scenes::Expectations& expectations, btScalar timeStep);
   ~OneStepComparison();
 
   // Around each step of btgpu's world. `converged`: also measure the distance to stock run to convergence.
@@ -41,6 +41,7 @@ class OneStepComparison {
                       const std::vector<Velocity>& velocities);
 
   std::unique_ptr<TestWorld<OracleWorld>> m_oracle;
+  double m_otherDepthsAllowed;
   btScalar m_timeStep;
   std::vector<BodyState> m_before;
   std::vector<JointState> m_jointsBefore;
