@@ -35,6 +35,8 @@ STRUCT(JointEffect) {
 // Colours of joints are their own graph: all joint rows precede all contact rows. Joints that need more colours go
 // to a serial batch.
 #define JOINT_COLOUR_LIMIT 32
+// So many colours may be used to solve the joints as if one after the other, in their own order.
+#define JOINT_ORDER_LIMIT 16
 
 BTGPU_END
 #endif

@@ -155,14 +155,14 @@ double gapsOfRun(Chain<World>& chain, int steps) {
   return std::sqrt(sum / (steps * double(chain.bodies.size() - 1)));
 }
 
-// Joints of a chain are solved in another order than stock's, and stock's own result depends on the order. What may be
-// asked: gaps no larger than those of stock's worse order.
+// Joints of a long chain are solved in another order than stock's, and stock's own result depends on the order. What may be
+// asked: gaps no larger than those of stock's worse order. Short ones are solved in stock's order: the same but for noise.
 TEST(Joints, ChainHoldsAsInStock) {
   for (const int links : {3, 10, 30}) {
     Chain<StockWorld> stock(links), reversed(links, true);
     Chain<GpuWorld> gpu(links);
     const double ours = gapsOfRun(gpu, 90), forward = gapsOfRun(stock, 90), backward = gapsOfRun(reversed, 90);
-    EXPECT_LE(ours, std::max(forward, backward)) << links << " links; " << forward << ", " << backward;
+    EXPECT_LE(ours, 1.001 * std::max(forward, backward)) << links << " links; " << forward << ", " << backward;
     EXPECT_GE(ours, 0.2 * std::min(forward, backward)) << "too good to be true";
     expectJointsOnDevice(gpu.w.world, 90);
   }
@@ -174,7 +174,7 @@ TEST(Joints, OverrideIterations) {
   Chain<StockWorld> stock(10, false, 60), reversed(10, true, 60);
   const double ours = gapsOfRun(many, 60);
   EXPECT_LT(ours, 0.5 * gapsOfRun(few, 60));
-  EXPECT_LE(ours, std::max(gapsOfRun(stock, 60), gapsOfRun(reversed, 60)));
+  EXPECT_LE(ours, 1.001 * std::max(gapsOfRun(stock, 60), gapsOfRun(reversed, 60)));
   for (const int iterations : {1, 3, 25}) {
     Chain<GpuWorld> gpuOne(1, false, iterations);
     Chain<StockWorld> stockOne(1, false, iterations);
