@@ -261,8 +261,8 @@ Residual OneStepComparison::stockResidual(const std::vector<Manifold>& contacts,
 
 Residual OneStepComparison::residualOf(const std::vector<Manifold>& contacts, const std::vector<Manifold>& solved,
                                        const std::vector<Velocity>& velocities) {
-  Residual residual = measureResidual(m_oracle->world(), contacts, solved, m_before, velocitiesOf(m_before), velocities,
-                                      m_timeStep);
+  Residual residual =
+      measureResidual(m_oracle->world(), contacts, solved, m_before, velocitiesOf(m_before), velocities, m_timeStep);
   add(residual, measureJointResidual(m_input->joints, m_input->jointRows, m_solvedJoints, velocities));
   return residual;
 }
