@@ -9,7 +9,9 @@
 
 namespace btgpu {
 
-// Joints of one colour move different bodies. A function of the joints' bodies and their order alone.
+// Joints of one colour move different bodies. If few colours suffice, each joint comes after all earlier ones that
+// share a body with it, so that the result is that of solving them one after the other. Else (long chains, hubs) as few
+// colours as a greedy choice gives. A function of the joints' bodies and their order alone.
 struct JointColours {
   std::vector<uint> order;  // indices of joints, colour by colour, the serial batch last, ascending within each
   std::vector<uint> first;  // where each colour begins in `order`; then the serial batch, then the end
@@ -17,7 +19,7 @@ struct JointColours {
   uint serialFirst() const { return first.empty() ? 0 : first[first.size() - 2]; }
 };
 
-// Greedy, in the order of the joints. Joints that move no body are left out.
+// Joints that move no body are left out.
 JointColours colourJoints(const std::vector<Joint>& joints, uint bodyCount);
 
 }  // namespace btgpu

@@ -97,7 +97,8 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   // In the order of stock's convertJoints.
   for (std::size_t i = 0; i < m_constraints.size(); ++i) {
     if (!m_evaluated[i]) continue;
-    // Some joints forget their impulse here; whether stock would have come here at all, the device knows after the step.
+    // Some joints forget their impulse here; whether stock would have come here at all, the device knows after the
+    // step.
     const btScalar impulse = m_constraints[i]->internalGetAppliedImpulse();
     m_constraints[i]->buildJacobian();
     m_constraints[i]->internalSetAppliedImpulse(impulse);

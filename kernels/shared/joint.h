@@ -11,10 +11,10 @@ STRUCT(Joint) {
   uint bodyA, bodyB;      // NO_INDEX where the solver must not move the body
   uint islandA, islandB;  // the same bodies if they belong to islands, else NO_INDEX
   uint firstRow, rowCount;
-  int iterations;         // its rows are solved in this many iterations
-  uint enabled;           // 0: no rows, and its bodies' islands stay apart
-  float damping;          // share of the velocity error that a row removes
-  float leastMobility;    // Bullet's SIMD_EPSILON: a row that yields less is not solved
+  int iterations;       // its rows are solved in this many iterations
+  uint enabled;         // 0: no rows, and its bodies' islands stay apart
+  float damping;        // share of the velocity error that a row removes
+  float leastMobility;  // Bullet's SIMD_EPSILON: a row that yields less is not solved
   uint unused[2];
 };
 
@@ -28,13 +28,15 @@ STRUCT(JointRow) {
 
 // What the device adds to a row.
 STRUCT(JointEffect) {
-  float jac;      // inverse of J M^-1 J^T; 0: the row is not solved
-  float rhs;      // impulse wanted at rest
+  float jac;  // inverse of J M^-1 J^T; 0: the row is not solved
+  float rhs;  // impulse wanted at rest
 };
 
 // Colours of joints are their own graph: all joint rows precede all contact rows. Joints that need more colours go
 // to a serial batch.
 #define JOINT_COLOUR_LIMIT 32
+// So many colours may be used to solve the joints as if one after the other, in their own order.
+#define JOINT_ORDER_LIMIT 16
 
 BTGPU_END
 #endif

@@ -288,7 +288,8 @@ btTransform inFrameOf(const btRigidBody& body, const btTransform& world) {
   return body.getWorldTransform().inverse() * world;
 }
 
-// A frame whose x axis points along `axis` (about which a cone twists), or whose z axis does (about which a hinge turns).
+// A frame whose x axis points along `axis` (about which a cone twists), or whose z axis does (about which a hinge
+// turns).
 btTransform frameAlong(const btVector3& from, const btVector3& axis, const btVector3& at) {
   return btTransform(shortestArcQuat(from, axis), at);
 }
@@ -390,7 +391,8 @@ void buildVehicle(Objects& o, Size n) {
     for (int wheel = 2; wheel < 4; ++wheel) vehicle->applyEngineForce(s(1500), wheel);
     for (int wheel = 0; wheel < 2; ++wheel) vehicle->setSteeringValue(s(0.03 * (x + 1)), wheel);
     for (int z = 0; z < n.z; ++z) {
-      for (int y = 0; y < n.y; ++y) o.add(20, crate, btVector3(left + s(1.2 * (z % 3)), s(0.4 + 0.8 * y), s(8 + 3.0 * z)));
+      for (int y = 0; y < n.y; ++y)
+        o.add(20, crate, btVector3(left + s(1.2 * (z % 3)), s(0.4 + 0.8 * y), s(8 + 3.0 * z)));
     }
   }
 }
@@ -458,19 +460,23 @@ const std::vector<Scene>& all() {
        kStep,
        {30, 0, Rest::Yes},
        buildDomino},
+      // Boxes that slide and tumble have old points in their manifolds. Of the new ones on top Bullet keeps those that
+      // span the largest area together with the old ones, which it then drops: the deepest may be lost, in either
+      // world, and which one depends on the order of the points. 0.2 to 0.9 % of the pairs in these two scenes, all in
+      // motion.
       {"ragdoll",
        "ragdolls of boxes, spheres, cone twist joints and hinges, dropped on the ground",
-       {2, 2, 2},
-       300,
+       {3, 2, 3},
+       400,
        kStep,
-       {10, 0, Rest::AsStock, 0.05, {"joints"}},
+       {10, 0, Rest::AsStock, 0.05, 0.01, {"joints"}},
        buildRagdoll},
       {"vehicle",
        "X raycast vehicles that drive through Z stacks of Y crates",
        {2, 2, 4},
        240,
        kStep,
-       {30, 0, Rest::No, 0, {"actions"}},
+       {30, 0, Rest::No, 0, 0.01, {"actions"}},
        buildVehicle},
   };
   return scenes;

@@ -72,6 +72,8 @@ struct Expectations {
   Rest comesToRest = Rest::Yes;
   // Mean height at the end may differ from stock's by this share, where 0.5 % is too strict (reason at the scene).
   double heightTolerance = 0;
+  // Share of pairs whose deepest point may be another than stock's, where 0.1 % is too strict (reason at the scene).
+  double otherDepths = 0;
   // What the CPU does inside the device's steps, by the names of btGpuDynamicsWorld::fallbackReport().
   std::vector<std::string> cpuShares = {};
 };

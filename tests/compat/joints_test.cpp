@@ -22,8 +22,8 @@ void expectJointsOnDevice(const btGpuDynamicsWorld& world, unsigned long long st
 }
 
 // Two bodies and a joint between them: both solvers work on the same rows in the same order. A row's update rounds some
-// 8 times, by half a unit in the size of the speeds; there are at most 12 rows and 10 iterations. Gauss-Seidel contracts,
-// so errors add up at most, and as roundings go either way, like a random walk.
+// 8 times, by half a unit in the size of the speeds; there are at most 12 rows and 10 iterations. Gauss-Seidel
+// contracts, so errors add up at most, and as roundings go either way, like a random walk.
 double oneStepNoise(double speed) { return std::sqrt(8.0 * 120) * 0.5 * double(FLT_EPSILON) * speed; }
 
 template <typename World>
@@ -114,7 +114,8 @@ TEST(Joints, ToBodiesThatAreHeld) {
 
 // ---- chains
 
-// Balls in a row, the first one held, hanging from one joint to the next; `reversed`: the joints added from the other end.
+// Balls in a row, the first one held, hanging from one joint to the next; `reversed`: the joints added from the other
+// end.
 template <typename World>
 struct Chain {
   explicit Chain(int links, bool reversed = false, int iterations = -1) {
@@ -127,7 +128,7 @@ struct Chain {
     for (int k = 0; k < links; ++k) {
       const auto i = static_cast<size_t>(reversed ? links - 1 - k : k);
       auto* joint = w.objects.template joint<btPoint2PointConstraint>(false, *bodies[i], *bodies[i + 1],
-                                                                     vector(0.5, 0, 0), vector(-0.5, 0, 0));
+                                                                      vector(0.5, 0, 0), vector(-0.5, 0, 0));
       joint->setOverrideNumSolverIterations(iterations);
     }
   }
@@ -155,14 +156,15 @@ double gapsOfRun(Chain<World>& chain, int steps) {
   return std::sqrt(sum / (steps * double(chain.bodies.size() - 1)));
 }
 
-// Joints of a chain are solved in another order than stock's, and stock's own result depends on the order. What may be
-// asked: gaps no larger than those of stock's worse order.
+// Joints of a long chain are solved in another order than stock's, and stock's own result depends on the order. What
+// may be asked: gaps no larger than those of stock's worse order. Short ones are solved in stock's order: the same but
+// for noise.
 TEST(Joints, ChainHoldsAsInStock) {
   for (const int links : {3, 10, 30}) {
     Chain<StockWorld> stock(links), reversed(links, true);
     Chain<GpuWorld> gpu(links);
     const double ours = gapsOfRun(gpu, 90), forward = gapsOfRun(stock, 90), backward = gapsOfRun(reversed, 90);
-    EXPECT_LE(ours, std::max(forward, backward)) << links << " links; " << forward << ", " << backward;
+    EXPECT_LE(ours, 1.001 * std::max(forward, backward)) << links << " links; " << forward << ", " << backward;
     EXPECT_GE(ours, 0.2 * std::min(forward, backward)) << "too good to be true";
     expectJointsOnDevice(gpu.w.world, 90);
   }
@@ -174,7 +176,7 @@ TEST(Joints, OverrideIterations) {
   Chain<StockWorld> stock(10, false, 60), reversed(10, true, 60);
   const double ours = gapsOfRun(many, 60);
   EXPECT_LT(ours, 0.5 * gapsOfRun(few, 60));
-  EXPECT_LE(ours, std::max(gapsOfRun(stock, 60), gapsOfRun(reversed, 60)));
+  EXPECT_LE(ours, 1.001 * std::max(gapsOfRun(stock, 60), gapsOfRun(reversed, 60)));
   for (const int iterations : {1, 3, 25}) {
     Chain<GpuWorld> gpuOne(1, false, iterations);
     Chain<StockWorld> stockOne(1, false, iterations);
@@ -245,8 +247,8 @@ TEST(Joints, WithContacts) {
       stock.run(1);
       for (size_t i = 1; i < 3; ++i) {
         // Twice the noise of a joint alone: as many rows again.
-        expectNear(stateOf(*gpu.objects.bodies()[i]), stateOf(*stock.objects.bodies()[i]),
-                   2 * step * oneStepNoise(9), "body " + std::to_string(i) + ", step " + std::to_string(step));
+        expectNear(stateOf(*gpu.objects.bodies()[i]), stateOf(*stock.objects.bodies()[i]), 2 * step * oneStepNoise(9),
+                   "body " + std::to_string(i) + ", step " + std::to_string(step));
       }
       if (::testing::Test::HasFailure()) return;
     }
@@ -379,8 +381,8 @@ TEST(Joints, FeedbackIsStocks) {
 
 // ---- sleep
 
-// Three balls far apart on a plane, linked; a fourth one alone. Linked ones sleep and wake together, a joint that sleeps
-// keeps its impulse, and a disabled one links nothing.
+// Three balls far apart on a plane, linked; a fourth one alone. Linked ones sleep and wake together, a joint that
+// sleeps keeps its impulse, and a disabled one links nothing.
 TEST(Joints, SleepTogether) {
   const auto build = [](auto& w) {
     w.world.setGravity(vector(0, -10, 0));

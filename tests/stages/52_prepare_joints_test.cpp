@@ -143,12 +143,33 @@ void expectProperColours(const std::vector<Joint>& joints, uint bodies, const Jo
   }
 }
 
+// A short chain is solved in its own order, a long one in two colours.
 TEST(JointColours, Chain) {
-  JointScene scene;
-  for (uint i = 0; i < 9; ++i) scene.add(i, i + 1);
-  const JointColours colours = colourJoints(scene.joints, 10);
-  expectProperColours(scene.joints, 10, colours);
-  EXPECT_EQ(colours.colourCount(), 2u);
+  for (const uint links : {9u, uint{JOINT_ORDER_LIMIT}, uint{JOINT_ORDER_LIMIT + 1}, 100u}) {
+    JointScene scene;
+    for (uint i = 0; i < links; ++i) scene.add(i, i + 1);
+    const JointColours colours = colourJoints(scene.joints, links + 1);
+    expectProperColours(scene.joints, links + 1, colours);
+    EXPECT_EQ(colours.colourCount(), links <= JOINT_ORDER_LIMIT ? links : 2u);
+  }
+}
+
+// Each joint after all earlier ones of its bodies.
+TEST(JointColours, KeepTheOrder) {
+  std::mt19937 random(9);
+  const JointScene scene = randomJoints(random, std::vector<bool>(60, true), 40);
+  const JointColours colours = colourJoints(scene.joints, 60);
+  expectProperColours(scene.joints, 60, colours);
+  std::vector<uint> position(scene.joints.size());
+  for (uint i = 0; i < colours.order.size(); ++i) position[colours.order[i]] = i;
+  for (uint i = 0; i < scene.joints.size(); ++i) {
+    for (uint j = 0; j < i; ++j) {
+      const Joint &a = scene.joints[i], &b = scene.joints[j];
+      bool shared = false;
+      for (const uint body : {a.bodyA, a.bodyB}) shared |= body != NO_INDEX && (body == b.bodyA || body == b.bodyB);
+      EXPECT_TRUE(!shared || position[j] < position[i]) << j << ", " << i;
+    }
+  }
 }
 
 TEST(JointColours, BodiesThatAreHeldTakeNone) {

@@ -160,13 +160,20 @@ inline std::vector<JointKind> jointKinds() {
     j->setMaxMotorForce(3, scalar(1));
     return j;
   };
-  return {{"ball", ball},          {"ballWithClamp", ballWithClamp},
-          {"hingeLimit", hingeLimit}, {"hingeMotor", hingeMotor},
-          {"hingeAccumulated", hingeAccumulated}, {"slider", slider},
-          {"cone", cone},          {"coneMotor", coneMotor},
-          {"sixDof", sixDof},      {"spring", spring},
-          {"spring2", spring2},    {"gear", gear},
-          {"fixed", fixed},        {"universal", universal},
+  return {{"ball", ball},
+          {"ballWithClamp", ballWithClamp},
+          {"hingeLimit", hingeLimit},
+          {"hingeMotor", hingeMotor},
+          {"hingeAccumulated", hingeAccumulated},
+          {"slider", slider},
+          {"cone", cone},
+          {"coneMotor", coneMotor},
+          {"sixDof", sixDof},
+          {"spring", spring},
+          {"spring2", spring2},
+          {"gear", gear},
+          {"fixed", fixed},
+          {"universal", universal},
           {"hinge2", hinge2}};
 }
 

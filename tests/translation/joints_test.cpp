@@ -85,7 +85,9 @@ class JointRows : public ::testing::TestWithParam<JointKind> {
       EXPECT_TRUE(same(s.m_contactNormal2, row.linearB)) << "row " << r;
       EXPECT_TRUE(same(s.m_relpos2CrossNormal, row.angularB)) << "row " << r;
       EXPECT_EQ(row.angularA.w, static_cast<float>(s.m_cfm)) << "row " << r;
-      const auto limit = [](btScalar v) { return static_cast<float>(btMax(btMin(v, scalar(3.4e38)), scalar(-3.4e38))); };
+      const auto limit = [](btScalar v) {
+        return static_cast<float>(btMax(btMin(v, scalar(3.4e38)), scalar(-3.4e38)));
+      };
       EXPECT_EQ(limit(scalar(row.linearB.w)), limit(s.m_lowerLimit)) << "row " << r;
       EXPECT_EQ(limit(scalar(row.angularB.w)), limit(s.m_upperLimit)) << "row " << r;
       EXPECT_EQ(joint.iterations, s.m_overrideNumSolverIterations);

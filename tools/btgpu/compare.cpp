@@ -54,9 +54,8 @@ long undeclared(const std::vector<btGpuFallback>& fallbacks, const std::vector<s
   const auto declared = [&shares](const std::string& what) {
     return std::any_of(shares.begin(), shares.end(), [&](const std::string& s) { return s == "*" || s == what; });
   };
-  return std::count_if(fallbacks.begin(), fallbacks.end(), [&](const btGpuFallback& f) {
-    return f.m_wholeStep || !declared(f.m_what);
-  });
+  return std::count_if(fallbacks.begin(), fallbacks.end(),
+                       [&](const btGpuFallback& f) { return f.m_wholeStep || !declared(f.m_what); });
 }
 
 void drawEnds(const btDiscreteDynamicsWorld& gpu, const btDiscreteDynamicsWorld& stock, ReportData& report) {
@@ -98,7 +97,7 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
   settings.m_keepContacts = true;
   TestWorld<btGpuDynamicsWorld> gpu(build, settings);
   const btScalar dt = static_cast<btScalar>(options.timeStep);
-  OneStepComparison oneStep(build, dt);
+  OneStepComparison oneStep(build, expectations, dt);
   FreeRunComparison freeRun(build, expectations, steps);
 
   CompareResult result;
@@ -138,7 +137,8 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
   result.hash = hashBodies(gpu.world());
   result.compared = result.deviceSteps > 0;
   result.checks.push_back(makeCheck("device.missing_steps", steps - result.deviceSteps));
-  result.checks.push_back(makeCheck("device.fallbacks", static_cast<double>(undeclared(result.fallbacks, expectations.cpuShares))));
+  result.checks.push_back(
+      makeCheck("device.fallbacks", static_cast<double>(undeclared(result.fallbacks, expectations.cpuShares))));
   if (result.deviceSteps == steps) {
     for (const auto& list : {freeRun.checks(), oneStep.checks()}) {
       result.checks.insert(result.checks.end(), list.begin(), list.end());
@@ -178,8 +178,8 @@ std::string toText(const CompareResult& r) {
                         double(t.m_launches) / r.steps);
   }
   for (const auto& f : r.fallbacks)
-    text += fmt::format("  {}: {} ({}), {} times\n", f.m_wholeStep ? "step on the CPU" : "on the CPU", f.m_what, f.m_reason,
-                        f.m_count);
+    text += fmt::format("  {}: {} ({}), {} times\n", f.m_wholeStep ? "step on the CPU" : "on the CPU", f.m_what,
+                        f.m_reason, f.m_count);
   text += !r.compared ? "not compared: no step ran on a device\n" : r.pass() ? "in agreement\n" : "NOT in agreement\n";
   return text;
 }
@@ -190,7 +190,8 @@ std::string toJson(const CompareResult& r) {
     checks.push_back({{"name", c.name}, {"value", number(c.value)}, {"limit", c.limit}, {"pass", c.pass()}});
   }
   for (const auto& f : r.fallbacks)
-    fallbacks.push_back({{"what", f.m_what}, {"reason", f.m_reason}, {"count", f.m_count}, {"wholeStep", f.m_wholeStep}});
+    fallbacks.push_back(
+        {{"what", f.m_what}, {"reason", f.m_reason}, {"count", f.m_count}, {"wholeStep", f.m_wholeStep}});
   const nlohmann::json json = {{"scene", r.scene},
                                {"bodies", r.bodies},
                                {"steps", r.steps},

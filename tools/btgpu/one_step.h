@@ -16,7 +16,7 @@ namespace btgpu::tool {
 // measured as well, by solving now and then with the manifolds in reverse order.
 class OneStepComparison {
  public:
-  OneStepComparison(const Builder& build, btScalar timeStep);
+  OneStepComparison(const Builder& build, const scenes::Expectations& expectations, btScalar timeStep);
   ~OneStepComparison();
 
   // Around each step of btgpu's world. `converged`: also measure the distance to stock run to convergence.
@@ -41,13 +41,14 @@ class OneStepComparison {
                       const std::vector<Velocity>& velocities);
 
   std::unique_ptr<TestWorld<OracleWorld>> m_oracle;
+  double m_otherDepthsAllowed;
   btScalar m_timeStep;
   std::vector<BodyState> m_before;
   std::vector<JointState> m_jointsBefore;
-  const WorldInput* m_input = nullptr;     // of the step that is compared
-  std::vector<uint> m_solvedJoints;        // of islands that were awake
-  std::vector<bool> m_jointed;             // bodies of enabled joints
-  size_t m_ofPairs = 0;  // manifolds of the device's pairs; those of the host lie behind
+  const WorldInput* m_input = nullptr;    // of the step that is compared
+  std::vector<uint> m_solvedJoints;       // of islands that were awake
+  std::vector<bool> m_jointed;            // bodies of enabled joints
+  size_t m_ofPairs = 0;                   // manifolds of the device's pairs; those of the host lie behind
   std::vector<Manifold> m_cache;          // btgpu's manifolds after the step before
   std::vector<Velocity> m_gpuVelocities;  // after the step
   std::vector<double> m_sizes;            // of the bodies: their angular motion disc, at most 10
