@@ -96,10 +96,11 @@ void fillTriangle(Screen& screen, const ScreenCorner (&c)[3], Put put) {
   if (!(std::fabs(area) > 1e-9) || !std::isfinite(area)) return;
   const auto [left, right] = std::minmax({c[0].x, c[1].x, c[2].x});
   const auto [top, bottom] = std::minmax({c[0].y, c[1].y, c[2].y});
-  const int x0 = static_cast<int>(std::ceil(std::max(left - 0.5, 0.0)));
-  const int x1 = static_cast<int>(std::floor(std::min(right - 0.5, screen.width - 1.0)));
-  const int y0 = static_cast<int>(std::ceil(std::max(top - 0.5, 0.0)));
-  const int y1 = static_cast<int>(std::floor(std::min(bottom - 0.5, screen.height - 1.0)));
+  // Triangles may lie far outside, where no int reaches.
+  const int x0 = static_cast<int>(std::ceil(std::clamp<double>(left - 0.5, 0, screen.width)));
+  const int x1 = static_cast<int>(std::floor(std::clamp<double>(right - 0.5, -1, screen.width - 1)));
+  const int y0 = static_cast<int>(std::ceil(std::clamp<double>(top - 0.5, 0, screen.height)));
+  const int y1 = static_cast<int>(std::floor(std::clamp<double>(bottom - 0.5, -1, screen.height - 1)));
   for (int y = y0; y <= y1; ++y) {
     for (int x = x0; x <= x1; ++x) {
       const double px = x + 0.5, py = y + 0.5;

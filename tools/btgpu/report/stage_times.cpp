@@ -13,7 +13,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// The stages of a phase by their numbers, and what stock calls the same part.
+// The stages of a phase by their numbers, and what stock calls the same part, if it has it.
 struct PhaseOf {
   const char* name;
   int firstStage, lastStage;
@@ -24,11 +24,12 @@ constexpr PhaseOf kPhases[] = {
     {"Predictive contacts", 15, 19, "createPredictiveContacts"},
     // Stock's tree finds most pairs while the bounds are updated.
     {"Bounds and pairs", 20, 39, "updateAabbs", "calculateOverlappingPairs"},
-    {"Contacts", 40, 49, "dispatchAllCollisionPairs"},
+    {"Contacts", 40, 51, "dispatchAllCollisionPairs"},
     {"Islands", 55, 59, "calculateSimulationIslands"},
     {"Solver", 60, 79, "solveConstraints"},
     {"Motion", 80, 89, "integrateTransforms"},
-    {"Sleeping", 90, 99, "updateActivationState"},
+    {"Sleeping", 90, 94, "updateActivationState"},
+    {"Contacts for the host", 95, 99, nullptr},
 };
 
 // Bullet calls plain functions, so there is one recorder at a time.
@@ -77,15 +78,17 @@ double timeOf(const std::vector<btGpuStageTime>& stages, const PhaseOf& phase) {
   double sum = 0;
   for (const btGpuStageTime& t : stages) {
     const int number = std::atoi(t.m_stage.c_str());
-    // 50 and 52 prepare rows, which stock does in its solver.
-    const bool prepares = number >= 50 && number < 55 && phase.firstStage == 60;
+    // 52 prepares rows, which stock does in its solver.
+    const bool prepares = number >= 52 && number < 55 && phase.firstStage == 60;
     if (prepares || (number >= phase.firstStage && number <= phase.lastStage)) sum += t.m_milliseconds;
   }
   return sum;
 }
 
 double timeOf(const ZoneRecorder& zones, const PhaseOf& phase) {
-  return zones.milliseconds(phase.zone) + (phase.secondZone ? zones.milliseconds(phase.secondZone) : 0);
+  double sum = 0;
+  for (const char* zone : {phase.zone, phase.secondZone}) sum += zone ? zones.milliseconds(zone) : 0;
+  return sum;
 }
 
 }  // namespace
