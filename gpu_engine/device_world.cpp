@@ -91,6 +91,7 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   if (!input.hostAabbs.empty()) hostAabbs.copyFromHost(queue, input.hostAabbs, false);
   hostManifoldCount = static_cast<uint>(input.hostManifolds.size());
   if (hostManifoldCount > 0) hostManifolds.copyFromHost(queue, input.hostManifolds, false);
+  uploadHulls(queue, input.hulls);
 
   uploadBorn(queue, input.born, input.replaceManifolds, oldCount);
   if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
@@ -123,6 +124,16 @@ void DeviceWorld::uploadJoints(Queue& queue, const WorldInput& input) {
   m_colouredJoints = input.joints;
   jointColours = colourJoints(input.joints, input.bodyCount);
   if (!jointColours.order.empty()) jointOrder.copyFromHost(queue, jointColours.order, false);
+}
+
+void DeviceWorld::uploadHulls(Queue& queue, const HullArrays& hulls) {
+  if (hulls.vertices.empty() || (!hulls.changed && !hullVertices.empty())) return;
+  hullVertices.copyFromHost(queue, hulls.vertices, false);
+  hullFaces.copyFromHost(queue, hulls.faces, false);
+  hullCorners.copyFromHost(queue, hulls.corners, false);
+  // A kernel's argument has to be something, even where all hulls are points.
+  static const std::vector<HullEdge> kNoEdges(1);
+  hullEdges.copyFromHost(queue, hulls.edges.empty() ? kNoEdges : hulls.edges, false);
 }
 
 void DeviceWorld::forgetStaleAabbs(Queue& queue, const WorldInput& input) {

@@ -33,6 +33,12 @@ struct DeviceWorld {
   DeviceArray<Shape> shapes{"shapes"};                     // host; length: shapes
   DeviceArray<Aabb> hostAabbs{"host aabbs"};               // host; of bodies whose shape is SHAPE_HOST; 1 if none is
 
+  // All hulls, one behind the other (WorldInput::hulls).
+  DeviceArray<float4> hullVertices{"hull vertices"};  // host
+  DeviceArray<HullFace> hullFaces{"hull faces"};      // host
+  DeviceArray<uint> hullCorners{"hull corners"};      // host
+  DeviceArray<HullEdge> hullEdges{"hull edges"};      // host
+
   // The last step's result, read by the next one. Each has a twin that the running step writes; the two are
   // swapped when the step has succeeded, so a step can be repeated from an untouched state.
   DeviceArray<Aabb> oldAabbs{"old aabbs"};              // bodies
@@ -61,6 +67,9 @@ struct DeviceWorld {
   DeviceArray<SeparatingAxis> axes{"separating axes"};           // stage 44; by position in the box-box bucket
   DeviceArray<uint> overlapping{"overlapping box pairs"};        // stage 44: positions in the bucket, ascending
   DeviceArray<uint> overlapCount{"overlapping box pair count"};  // 1; stage 44
+  DeviceArray<ClosestFeatures> closest{"closest features"};      // stage 44; by position among the convex pairs
+  DeviceArray<uint> nearPairs{"convex pairs near each other"};   // stage 44: such positions, ascending
+  DeviceArray<uint> nearCount{"count of near convex pairs"};     // 1; stage 44
   // One a pair, then those of the host: manifoldCount in all, if there are any of the host.
   DeviceArray<Manifold> manifolds{"manifolds"};                 // stages 48, 50, 65 and 70
   DeviceArray<Manifold> hostManifolds{"host manifolds"};        // host
@@ -114,6 +123,7 @@ struct DeviceWorld {
   void swapStepResults();
 
  private:
+  void uploadHulls(Queue& queue, const HullArrays& hulls);
   void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
   void uploadJoints(Queue& queue, const WorldInput& input);
   void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem, size_t oldCount);

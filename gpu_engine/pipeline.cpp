@@ -22,6 +22,7 @@ Pipeline::Pipeline(ComputeDevice& device)
       m_collidePrimitives(device),
       m_findSeparatingAxis(device),
       m_clipFaces(device),
+      m_findClosestFeatures(device),
       m_reduceAndMatchContacts(device),
       m_appendHostContacts(device),
       m_prepareJoints(device),
@@ -34,14 +35,18 @@ Pipeline::Pipeline(ComputeDevice& device)
       m_gatherContacts(device) {}
 
 void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits) {
-  const bool boxes = traits.shapeTypes >> SHAPE_BOX & 1u;
-  m_applyForces.enqueue(queue, world);                                          // 10
-  m_updateAabbs.enqueue(queue, world);                                          // 20
-  m_findPairs.enqueue(queue, world);                                            // 30
-  m_groupPairs.enqueue(queue, world);                                           // 35
-  m_collidePrimitives.enqueue(queue, world, traits.shapeTypes);                 // 42
-  if (boxes) m_findSeparatingAxis.enqueue(queue, world);                        // 44
-  if (boxes) m_clipFaces.enqueue(queue, world);                                 // 46
+  const bool boxes = traits.has(SHAPE_BOX);
+  m_applyForces.enqueue(queue, world);                           // 10
+  m_updateAabbs.enqueue(queue, world);                           // 20
+  m_findPairs.enqueue(queue, world);                             // 30
+  m_groupPairs.enqueue(queue, world);                            // 35
+  m_collidePrimitives.enqueue(queue, world, traits.shapeTypes);  // 42
+  if (boxes) m_findSeparatingAxis.enqueue(queue, world);         // 44
+  if (boxes) m_clipFaces.enqueue(queue, world);                  // 46
+  if (traits.convexPairs()) {
+    m_findClosestFeatures.enqueue(queue, world);  // 44
+    m_clipConvexFaces.enqueue(queue, world);      // 46
+  }
   m_reduceAndMatchContacts.enqueue(queue, world);                               // 48
   if (world.hostManifoldCount > 0) m_appendHostContacts.enqueue(queue, world);  // 50
   if (settings.keepContacts) world.keepMatchedManifolds(queue);

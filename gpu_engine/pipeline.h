@@ -8,7 +8,9 @@
 #include "stages/30_find_pairs.h"
 #include "stages/35_group_pairs.h"
 #include "stages/42_collide_primitives.h"
+#include "stages/44_find_closest_features.h"
 #include "stages/44_find_separating_axis.h"
+#include "stages/46_clip_convex_faces.h"
 #include "stages/46_clip_faces.h"
 #include "stages/48_reduce_and_match_contacts.h"
 #include "stages/50_append_host_contacts.h"
@@ -27,6 +29,10 @@ namespace btgpu {
 struct WorldTraits {
   uint shapeTypes = 0;       // bit SHAPE_* for every shape in use
   bool torsionRows = false;  // some body has rolling friction
+
+  bool has(uint shapeType) const { return (shapeTypes >> shapeType & 1u) != 0; }
+  // Pairs whose contacts are found by closest features.
+  bool convexPairs() const { return has(SHAPE_HULL) || (has(SHAPE_CAPSULE) && has(SHAPE_BOX)); }
 };
 
 WorldTraits traitsOf(const WorldInput& input);
@@ -49,6 +55,8 @@ class Pipeline {
   CollidePrimitives m_collidePrimitives;
   FindSeparatingAxis m_findSeparatingAxis;
   ClipFaces m_clipFaces;
+  FindClosestFeatures m_findClosestFeatures;
+  ClipConvexFaces m_clipConvexFaces;
   ReduceAndMatchContacts m_reduceAndMatchContacts;
   AppendHostContacts m_appendHostContacts;
   PrepareJoints m_prepareJoints;

@@ -21,6 +21,15 @@ struct Tracked {
   std::vector<std::uint32_t> changed;
 };
 
+// Vertices, faces and edges of all hulls; Shape says which are a hull's own.
+struct HullArrays {
+  std::vector<float4> vertices;
+  std::vector<HullFace> faces;
+  std::vector<uint> corners;  // of the faces: vertices in turn, anticlockwise from outside, counted from the hull's first
+  std::vector<HullEdge> edges;
+  bool changed = false;  // since the last step
+};
+
 struct WorldInput {
   // Length of every body array: slots in use and free ones (flags without BODY_PRESENT).
   std::uint32_t bodyCount = 0;
@@ -36,6 +45,7 @@ struct WorldInput {
   std::vector<std::uint32_t> born;  // slots that hold another body than in the last step, ascending
 
   Tracked<Shape> shapes;  // indexed by BodyInfo::shapeIndex
+  HullArrays hulls;
 
   // What the host has found for this step, of pairs with a body whose shape is SHAPE_HOST or that has
   // BODY_HOST_CONTACTS: their manifolds, any number a pair, and the AABBs of the former (by body; empty if there is
@@ -65,6 +75,7 @@ struct WorldInput {
                        &materials.changed, &dampings.changed, &activations.changed, &shapes.changed, &born}) {
       list->clear();
     }
+    hulls.changed = false;
     replaceManifolds = false;
     manifolds.clear();
   }

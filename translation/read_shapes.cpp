@@ -14,30 +14,6 @@
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
-// False if the device has no such shape. A class derived from Bullet's counts as another shape, since it may
-// override anything.
-bool convertShape(const btCollisionShape& shape, Shape& out) {
-  const std::type_info& type = typeid(shape);
-  out = Shape{};
-  if (type == typeid(btSphereShape)) {
-    const auto& sphere = static_cast<const btSphereShape&>(shape);
-    out.type = SHAPE_SPHERE;
-    out.extents.x = static_cast<float>(sphere.getRadius());
-  } else if (type == typeid(btBoxShape)) {
-    const auto& box = static_cast<const btBoxShape&>(shape);
-    out.type = SHAPE_BOX;
-    out.extents = toFloat4(box.getHalfExtentsWithMargin());
-  } else if (type == typeid(btStaticPlaneShape)) {
-    const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
-    out.type = SHAPE_PLANE;
-    out.extents = toFloat4(plane.getPlaneNormal(), static_cast<float>(plane.getPlaneConstant()));
-  } else {
-    return false;
-  }
-  out.margin = static_cast<float>(shape.getMargin());
-  return true;
-}
-
 bool isFiniteShape(const Shape& s) {
   return std::isfinite(s.extents.x) && std::isfinite(s.extents.y) && std::isfinite(s.extents.z) &&
          std::isfinite(s.extents.w) && std::isfinite(s.margin) && std::isfinite(s.breakingThreshold);
@@ -53,7 +29,104 @@ std::uint32_t takeIndex(std::vector<std::uint32_t>& unused, Tracked<Shape>& shap
   return static_cast<std::uint32_t>(shapes.values.size() - 1);
 }
 
+void setPlace(const Shape& place, Shape& shape) {
+  shape.firstVertex = place.firstVertex;
+  shape.firstFace = place.firstFace;
+  shape.firstEdge = place.firstEdge;
+}
+
+bool isCapsule(const std::type_info& type) {
+  return type == typeid(btCapsuleShape) || type == typeid(btCapsuleShapeX) || type == typeid(btCapsuleShapeZ);
+}
+
+// Bullet's local AABB of a hull, which it keeps: not always that of its points.
+void readHullBounds(const btConvexHullShape& hull, Shape& out) {
+  btVector3 lower, upper;
+  hull.getAabb(btTransform::getIdentity(), lower, upper);
+  out.extents = toFloat4((upper - lower) * btScalar(0.5));
+  out.centre = toFloat4((upper + lower) * btScalar(0.5));
+}
+
 }  // namespace
+
+// A class derived from Bullet's counts as another shape, since it may override anything.
+bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
+  const std::type_info& type = typeid(shape);
+  out = Shape{};
+  out.margin = static_cast<float>(shape.getMargin());
+  if (type == typeid(btConvexHullShape)) {
+    return convertHull(static_cast<const btConvexHullShape&>(shape), index, hulls, out);
+  }
+  dropHull(index);
+  if (type == typeid(btSphereShape)) {
+    const auto& sphere = static_cast<const btSphereShape&>(shape);
+    out.type = SHAPE_SPHERE;
+    out.extents.x = static_cast<float>(sphere.getRadius());
+  } else if (type == typeid(btBoxShape)) {
+    const auto& box = static_cast<const btBoxShape&>(shape);
+    out.type = SHAPE_BOX;
+    out.extents = toFloat4(box.getHalfExtentsWithMargin());
+  } else if (type == typeid(btStaticPlaneShape)) {
+    const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
+    out.type = SHAPE_PLANE;
+    out.extents = toFloat4(plane.getPlaneNormal(), static_cast<float>(plane.getPlaneConstant()));
+  } else if (isCapsule(type)) {
+    const auto& capsule = static_cast<const btCapsuleShape&>(shape);
+    btVector3 half(0, 0, 0);
+    half[capsule.getUpAxis()] = capsule.getHalfHeight();
+    out.type = SHAPE_CAPSULE;
+    out.extents = toFloat4(half);
+    out.margin = static_cast<float>(capsule.getRadius());
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool ShapeReader::convertHull(const btConvexHullShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
+  const int count = shape.getNumPoints();
+  // With polyhedral features stock leaves the margins of two such shapes out.
+  if (count == 0 || shape.getConvexPolyhedron()) {
+    dropHull(index);
+    return false;
+  }
+  for (int i = 0; i < count; ++i) {
+    const float4 p = toFloat4(shape.getScaledPoint(i));
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
+    dropHull(index);
+    out.extents.x = INFINITY;  // found by isFiniteShape
+    return true;
+  }
+  const btVector3* points = shape.getUnscaledPoints();
+  const auto it = m_hulls.find(index);
+  const bool same = it != m_hulls.end() && it->second.points.size() == static_cast<std::size_t>(count) &&
+                    it->second.scaling == shape.getLocalScaling() &&
+                    std::memcmp(static_cast<const void*>(it->second.points.data()), static_cast<const void*>(points),
+                                static_cast<std::size_t>(count) * sizeof(btVector3)) == 0;
+  if (!same) {
+    dropHull(index);
+    Hull& hull = m_hulls[index];
+    hull.points.assign(points, points + count);
+    hull.scaling = shape.getLocalScaling();
+    std::vector<float4> scaled;
+    for (int i = 0; i < count; ++i) scaled.push_back(toFloat4(shape.getScaledPoint(i)));
+    hull.features = makeHullFeatures(scaled);
+    hull.place = appendHull(hull.features, hulls);
+  }
+  const float margin = out.margin;
+  out = m_hulls[index].place;
+  out.type = SHAPE_HULL;
+  out.margin = margin;
+  readHullBounds(shape, out);
+  return true;
+}
+
+void ShapeReader::dropHull(std::uint32_t index) {
+  const auto it = m_hulls.find(index);
+  if (it == m_hulls.end()) return;
+  m_deadVertices += it->second.features.vertices.size();
+  m_hulls.erase(it);
+}
 
 void ShapeReader::begin(btScalar threshold, bool relative) {
   ++m_stamp;
@@ -63,8 +136,8 @@ void ShapeReader::begin(btScalar threshold, bool relative) {
   m_lastShape = nullptr;
 }
 
-int ShapeReader::read(const btCollisionShape* shape, Tracked<Shape>& shapes, FallbackList& missing,
-                      FallbackList& shares) {
+int ShapeReader::read(const btCollisionShape* shape, WorldInput& input, FallbackList& missing, FallbackList& shares) {
+  Tracked<Shape>& shapes = input.shapes;
   if (shape == m_lastShape) return m_lastEntry.supported ? static_cast<int>(m_lastEntry.index) : -1;
   auto [it, isNew] = m_entries.try_emplace(shape, Entry{0, m_stamp - 1, false});
   Entry& entry = it->second;
@@ -78,7 +151,7 @@ int ShapeReader::read(const btCollisionShape* shape, Tracked<Shape>& shapes, Fal
     ++m_used;
     const std::string name = std::string(shape->getName()) + " shape";
     Shape read;
-    if (convertShape(*shape, read)) {
+    if (convert(*shape, entry.index, input.hulls, read)) {
       read.breakingThreshold =
           static_cast<float>(m_relative ? shape->getContactBreakingThreshold(m_threshold) : m_threshold);
     } else {
@@ -99,23 +172,38 @@ int ShapeReader::read(const btCollisionShape* shape, Tracked<Shape>& shapes, Fal
   return entry.supported ? static_cast<int>(entry.index) : -1;
 }
 
-void ShapeReader::end() {
+void ShapeReader::end(WorldInput& input) {
   constexpr std::size_t kUnused = 64;  // not worth a walk over the table
-  if (m_entries.size() < 2 * m_used + kUnused) return;
-  for (auto it = m_entries.begin(); it != m_entries.end();) {
-    if (it->second.stamp == m_stamp) {
-      ++it;
-    } else {
-      m_free.push_back(it->second.index);
-      it = m_entries.erase(it);
+  if (m_entries.size() >= 2 * m_used + kUnused) {
+    for (auto it = m_entries.begin(); it != m_entries.end();) {
+      if (it->second.stamp == m_stamp) {
+        ++it;
+      } else {
+        dropHull(it->second.index);
+        m_free.push_back(it->second.index);
+        it = m_entries.erase(it);
+      }
     }
+    // Hash order is no order: the next new shape gets the lowest free index.
+    std::sort(m_free.begin(), m_free.end(), std::greater<>());
   }
-  // Hash order is no order: the next new shape gets the lowest free index.
-  std::sort(m_free.begin(), m_free.end(), std::greater<>());
+  constexpr std::size_t kDead = 4096;  // vertices, likewise
+  if (m_deadVertices < input.hulls.vertices.size() / 2 + kDead) return;
+  input.hulls = HullArrays{};
+  input.hulls.changed = true;
+  m_deadVertices = 0;
+  for (auto& [index, hull] : m_hulls) {
+    hull.place = appendHull(hull.features, input.hulls);
+    Shape& shape = input.shapes.values[index];
+    setPlace(hull.place, shape);
+    input.shapes.changed.push_back(index);
+  }
 }
 
 void ShapeReader::clear() {
   m_entries.clear();
+  m_hulls.clear();
+  m_deadVertices = 0;
   m_free.clear();
   m_lastShape = nullptr;
 }

@@ -2,12 +2,14 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <map>
 #include <unordered_map>
 #include <vector>
 
 #include "../gpu_engine/world_input.h"
 #include "bullet.h"
 #include "fallback_list.h"
+#include "hull_features.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -17,11 +19,12 @@ class ShapeReader {
   // Starts a step. `threshold` is gContactBreakingThreshold; `relative` the dispatcher's flag for thresholds in
   // proportion to the shape.
   void begin(btScalar threshold, bool relative);
-  // Index of the shape, read into `shapes` if this is its first use in the step. One that the device lacks is a
-  // SHAPE_HOST, and named in `shares`; -1 and a line in `missing` for one that can't be used at all.
-  int read(const btCollisionShape* shape, Tracked<Shape>& shapes, FallbackList& missing, FallbackList& shares);
-  // Ends a step: indices of shapes that went out of use are given to new ones, now and then.
-  void end();
+  // Index of the shape, read into the input's shapes if this is its first use in the step. One that the device lacks is
+  // a SHAPE_HOST, and named in `shares`; -1 and a line in `missing` for one that can't be used at all.
+  int read(const btCollisionShape* shape, WorldInput& input, FallbackList& missing, FallbackList& shares);
+  // Ends a step: indices of shapes that went out of use are given to new ones, now and then, and so is the room of
+  // hulls that went or changed.
+  void end(WorldInput& input);
   void clear();
 
  private:
@@ -30,7 +33,22 @@ class ShapeReader {
     std::uint32_t stamp;  // step in which it was read last
     bool supported;
   };
+  // A hull as it was read, and where its features lie in the input.
+  struct Hull {
+    std::vector<btVector3> points;  // unscaled
+    btVector3 scaling;
+    HullFeatures features;
+    Shape place;  // the index fields of Shape
+  };
+
+  // False if the device has no such shape.
+  bool convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
+  bool convertHull(const btConvexHullShape& hull, std::uint32_t index, HullArrays& hulls, Shape& out);
+  void dropHull(std::uint32_t index);
+
   std::unordered_map<const btCollisionShape*, Entry> m_entries;
+  std::map<std::uint32_t, Hull> m_hulls;          // by shape index
+  std::size_t m_deadVertices = 0;                 // in the input's array, of hulls that went or changed
   const btCollisionShape* m_lastShape = nullptr;  // neighbours in the world often share a shape
   Entry m_lastEntry{};
   std::uint32_t m_stamp = 0;

@@ -54,7 +54,7 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   m_input.ignoredPairs.clear();
   readShapes(world, missing);
   readObjects(missing, notes);
-  m_shapes.end();
+  m_shapes.end(m_input);
   sortChanges();
 }
 
@@ -87,7 +87,7 @@ void WorldReader::readShapes(btDiscreteDynamicsWorld& world, FallbackList& missi
   for (const FallbackList& list : missed) missing.addAll(list);
   for (std::size_t k = 0; k < count; ++k) {
     if (m_orderShapes[k])
-      m_orderShapeIndices[k] = m_shapes.read(m_orderShapes[k], m_input.shapes, missing, m_hostShares);
+      m_orderShapeIndices[k] = m_shapes.read(m_orderShapes[k], m_input, missing, m_hostShares);
   }
 }
 

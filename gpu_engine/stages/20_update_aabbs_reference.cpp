@@ -28,10 +28,13 @@ Box boundsOf(const Shape& shape, float4 position, float4 orientation, double thr
     reach = {shape.extents.x, shape.extents.x, shape.extents.x};
   } else {
     const Matrix r = rotationOf(orientation);
+    // btCapsuleShape::getAabb bounds the box around the capsule, not the capsule.
+    const double radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0;
+    const Vec half = toVec(shape.extents) + Vec{radius, radius, radius};
+    if (shape.type == SHAPE_HULL) centre = centre + r * toVec(shape.centre);
     for (int corner = 0; corner < 8; ++corner) {
       const Vec p =
-          r * Vec{corner & 1 ? shape.extents.x : -shape.extents.x, corner & 2 ? shape.extents.y : -shape.extents.y,
-                  corner & 4 ? shape.extents.z : -shape.extents.z};
+          r * Vec{corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y, corner & 4 ? half.z : -half.z};
       reach = {std::max(reach.x, p.x), std::max(reach.y, p.y), std::max(reach.z, p.z)};
     }
   }

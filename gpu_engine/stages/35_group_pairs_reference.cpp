@@ -20,7 +20,16 @@ uint bucketOf(int typeA, int typeB) {
                                {SHAPE_SPHERE, SHAPE_PLANE, BUCKET_SPHERE_PLANE},
                                {SHAPE_BOX, SHAPE_PLANE, BUCKET_BOX_PLANE},
                                {SHAPE_SPHERE, SHAPE_BOX, BUCKET_SPHERE_BOX},
-                               {SHAPE_BOX, SHAPE_BOX, BUCKET_BOX_BOX}};
+                               {SHAPE_BOX, SHAPE_BOX, BUCKET_BOX_BOX},
+                               {SHAPE_SPHERE, SHAPE_CAPSULE, BUCKET_CAPSULES},
+                               {SHAPE_CAPSULE, SHAPE_CAPSULE, BUCKET_CAPSULES},
+                               {SHAPE_CAPSULE, SHAPE_PLANE, BUCKET_CAPSULE_PLANE},
+                               {SHAPE_HULL, SHAPE_PLANE, BUCKET_HULL_PLANE},
+                               {SHAPE_CAPSULE, SHAPE_BOX, BUCKET_CAPSULE_BOX},
+                               {SHAPE_SPHERE, SHAPE_HULL, BUCKET_SPHERE_HULL},
+                               {SHAPE_CAPSULE, SHAPE_HULL, BUCKET_CAPSULE_HULL},
+                               {SHAPE_BOX, SHAPE_HULL, BUCKET_BOX_HULL},
+                               {SHAPE_HULL, SHAPE_HULL, BUCKET_HULL_HULL}};
   for (const Row& r : kTable) {
     if ((r.a == typeA && r.b == typeB) || (r.a == typeB && r.b == typeA)) return r.bucket;
   }

@@ -15,6 +15,9 @@ constexpr PrimitiveBucket kBuckets[] = {
     {BUCKET_SPHERE_PLANE, SHAPE_SPHERE, SHAPE_PLANE},
     {BUCKET_BOX_PLANE, SHAPE_BOX, SHAPE_PLANE},
     {BUCKET_SPHERE_BOX, SHAPE_SPHERE, SHAPE_BOX},
+    {BUCKET_CAPSULES, SHAPE_CAPSULE, SHAPE_CAPSULE},
+    {BUCKET_CAPSULE_PLANE, SHAPE_CAPSULE, SHAPE_PLANE},
+    {BUCKET_HULL_PLANE, SHAPE_HULL, SHAPE_PLANE},
 };
 
 }  // namespace
@@ -30,7 +33,7 @@ void CollidePrimitives::enqueue(Queue& queue, DeviceWorld& world, uint shapeType
     }
     m_kernels[b.bucket].launch(queue, queue.device().grid(world.capacities.pairs), world.counters, world.bucketFirst,
                                world.items, world.pairs, world.infos, world.shapes, world.poses, world.oldManifolds,
-                               world.contacts);
+                               world.hullVertices, world.contacts);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "44_find_closest_features_reference.h"
 #include "reference_maths.h"
 
 namespace btgpu {
@@ -88,6 +89,17 @@ void sphereBox(const Shape& a, const BodyPose& poseA, const Shape& b, const Body
   add(raw, boxIsB ? bFromA + r * near.point : onSphere, near.distance);
 }
 
+// Spheres and capsules: points and segments with radii (btConvexConvexAlgorithm, capsuleCapsuleDistance).
+void capsules(const Shape& a, const BodyPose& poseA, const Shape& b, const BodyPose& poseB, Vec bFromA,
+              double threshold, RawContacts& raw) {
+  const ClosestCores c = closestCoresReference(placed(polytopeOf(a, {}), rotationOf(poseA.orientation), {}),
+                                               placed(polytopeOf(b, {}), rotationOf(poseB.orientation), bFromA));
+  const double distance = c.separation - a.margin - b.margin;
+  if (distance >= threshold) return;
+  raw.normal = toFloat4(-c.normal);
+  add(raw, c.onB - c.normal * b.margin, distance);
+}
+
 }  // namespace
 
 RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPose& poseA, const Shape& b,
@@ -96,6 +108,15 @@ RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPo
   RawContacts raw{};
   if (bucket == BUCKET_SPHERE_SPHERE) sphereSphere(a, b, bFromA, raw);
   if (bucket == BUCKET_SPHERE_BOX) sphereBox(a, poseA, b, poseB, bFromA, threshold, raw);
+  if (bucket == BUCKET_CAPSULES) { capsules(a, poseA, b, poseB, bFromA, threshold, raw); }
+  if (bucket == BUCKET_CAPSULE_PLANE) {
+    const Plane plane = planeFromA(b, poseB, bFromA);
+    raw.normal = toFloat4(plane.normal);
+    Vec end = rotationOf(poseA.orientation) * toVec(a.extents);
+    if (dot(end, plane.normal) < 0) end = -end;
+    if (2 * length(end) > threshold) pointPlane(end - plane.normal * a.margin, plane, threshold, raw);
+    pointPlane(-end - plane.normal * a.margin, plane, threshold, raw);
+  }
   if (bucket == BUCKET_SPHERE_PLANE || bucket == BUCKET_BOX_PLANE) {
     const Plane plane = planeFromA(b, poseB, bFromA);
     raw.normal = toFloat4(plane.normal);
@@ -114,7 +135,9 @@ void collidePrimitivesReference(const std::vector<Pair>& pairs, const std::vecto
                                 const std::vector<Manifold>& oldManifolds, std::vector<RawContacts>& contacts) {
   for (size_t i = 0; i < pairs.size(); ++i) {
     const Pair& p = pairs[i];
-    if (p.bucket < BUCKET_SPHERE_SPHERE || p.bucket > BUCKET_SPHERE_BOX) continue;
+    const bool isPrimitive = (p.bucket >= BUCKET_SPHERE_SPHERE && p.bucket <= BUCKET_SPHERE_BOX) ||
+                             (p.bucket >= BUCKET_CAPSULES && p.bucket <= BUCKET_CAPSULE_PLANE);
+    if (!isPrimitive) continue;
     const Shape& a = shapes[static_cast<size_t>(infos[p.bodyA].shapeIndex)];
     const Shape& b = shapes[static_cast<size_t>(infos[p.bodyB].shapeIndex)];
     const float threshold = p.oldManifold != NO_INDEX ? oldManifolds[p.oldManifold].breakingThreshold

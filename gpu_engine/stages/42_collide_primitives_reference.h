@@ -13,9 +13,10 @@
 
 namespace btgpu {
 
-// Contact candidates of one pair; `bucket` is one of the four primitive ones. `threshold`: how far apart
+// Contact candidates of one pair; `bucket` is one of the primitive ones, except for
+// BUCKET_HULL_PLANE. `threshold`: how far apart
 // surfaces may be for a contact to arise; two spheres must touch. A box's corners come in the order of their
-// bits (x: 1, y: 2, z: 4; set: positive).
+// bits (x: 1, y: 2, z: 4; set: positive), the lower end of a capsule after the upper one.
 RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPose& poseA, const Shape& b,
                                        const BodyPose& poseB, float threshold);
 

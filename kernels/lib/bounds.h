@@ -21,8 +21,15 @@ LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
     extent = vec3(shape.extents.x, shape.extents.x, shape.extents.x);
   } else if (shape.type == SHAPE_BOX) {
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
-    extent = vec3(dot3(abs3(r.row0), shape.extents), dot3(abs3(r.row1), shape.extents),
-                  dot3(abs3(r.row2), shape.extents));
+    extent =
+        vec3(dot3(abs3(r.row0), shape.extents), dot3(abs3(r.row1), shape.extents), dot3(abs3(r.row2), shape.extents));
+  } else if (shape.type == SHAPE_CAPSULE || shape.type == SHAPE_HULL) {
+    // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb.
+    const Matrix3 r = matrixFromQuaternion(pose.orientation);
+    const float radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f;
+    const float4 reach = shape.extents + vec3(radius, radius, radius);
+    extent = vec3(dot3(abs3(r.row0), reach), dot3(abs3(r.row1), reach), dot3(abs3(r.row2), reach));
+    centre = xyz(centre) + mulMatrix(r, shape.centre);
   } else {
     centre = vec3(0.0f, 0.0f, 0.0f);  // a plane has no bounds
   }

@@ -101,5 +101,48 @@ LIB void collideSphereBox(int sphereIsA, Shape sphere, Shape box, Matrix3 boxRot
   addRaw(out, sphereIsA ? xyz(bFromA) + point : point + normal * distance, distance);
 }
 
+// Two segments with radii: spheres (length zero) and capsules. `u`, `v`: unit directions of A and B in world axes, `a`,
+// `b` their half lengths. The parameters of the closest points are found as in Bullet (segmentsClosestPoints), which
+// takes the middle of A where the segments are parallel; a contact arises within the threshold.
+LIB void collideCapsules(float4 u, float a, float radiusA, float4 v, float b, float radiusB, float4 bFromA,
+                         float threshold, REF(RawContacts) out) {
+  const float along = dot3(u, v), ofA = dot3(u, bFromA), ofB = dot3(v, bFromA);
+  const float rest = 1.0f - along * along;
+  float s = rest == 0.0f ? 0.0f : clamp((ofA - ofB * along) / rest, -a, a);
+  float t = s * along - ofB;
+  if (t < -b || t > b) {
+    t = clamp(t, -b, b);
+    s = clamp(t * along + ofA, -a, a);
+  }
+  const float4 onA = u * s, onB = xyz(bFromA) + v * t;
+  const float4 between = onB - onA;
+  const float lengthSqr = lengthSqr3(between);
+  const float length = sqrt(lengthSqr), distance = length - radiusA - radiusB;
+  if (distance >= threshold) return;
+  float4 across;
+  if (lengthSqr > BTGPU_EPSILON * BTGPU_EPSILON) {
+    out->normal = between * (-1.0f / length);
+  } else {
+    planeSpace(u, &out->normal, &across);
+  }
+  addRaw(out, onB + out->normal * radiusB, distance);
+}
+
+// Capsule A on plane B: both ends within the threshold, the lower one last; only that one of two so near each other
+// that the manifold would let one replace the other. `u`: its direction, `halfLength` half the length of its segment.
+LIB void collideCapsulePlane(float4 u, float halfLength, float radius, float4 planeInWorld, float4 bFromA,
+                             float threshold, REF(RawContacts) out) {
+  out->normal = xyz(planeInWorld);
+  const float centre = -dot3(planeInWorld, bFromA) - planeInWorld.w - radius;
+  const float slope = dot3(out->normal, u);
+  const float lower = slope > 0.0f ? -halfLength : halfLength;
+  for (int end = 0; end < 2; ++end) {
+    const float along = end ? lower : -lower;
+    const float distance = centre + slope * along;
+    if (distance >= threshold || (!end && 2.0f * halfLength <= threshold)) continue;
+    addRaw(out, u * along - out->normal * (radius + distance), distance);
+  }
+}
+
 BTGPU_END
 #endif

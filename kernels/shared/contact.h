@@ -28,6 +28,14 @@ STRUCT(SeparatingAxis) {
   int unused[3];
 };
 
+// Where two convex cores (shapes without their margins) are closest, or how they leave each other. In A's axes, from
+// A's position.
+STRUCT(ClosestFeatures) {
+  float4 normal;  // unit, from A to B; w: separation of the cores, negative: overlap
+  float4 onA;     // closest point of A's core; w = 0
+  float4 onB;     // of B's
+};
+
 // Contact candidates of one pair, before reduction and matching.
 STRUCT(RawContacts) {
   float4 normal;              // unit, world axes, on B (from B towards A); w = 0

@@ -11,14 +11,40 @@ BTGPU_BEGIN
 #define SHAPE_SPHERE 1
 #define SHAPE_BOX 2
 #define SHAPE_PLANE 3
+#define SHAPE_CAPSULE 4
+#define SHAPE_HULL 5
 #define SHAPE_HOST 16  // a shape that the device lacks: its AABB and its contacts come from the host
 
 STRUCT(Shape) {
   int type;                 // SHAPE_*
-  float margin;             // Bullet's collision margin; a sphere's is its radius
+  float margin;             // Bullet's collision margin; a sphere's and a capsule's is its radius
   float breakingThreshold;  // length: a contact is dropped when its points are farther apart
   float unused;
-  float4 extents;  // box: half extents with margin; sphere: x = radius; plane: xyz = normal, w = constant
+  // Box: half extents with margin; sphere: x = radius; plane: xyz = normal, w = constant; capsule: half of the inner
+  // segment along its axis, zero along the others; hull: half extents of its AABB in its own axes, as Bullet has it.
+  float4 extents;
+  float4 centre;  // hull: centre of that AABB; w = 0
+  // Hull: its part of the arrays of all hulls. Vertices lie without the margin.
+  int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;
+  int unused2[2];
+};
+
+// Faces and edges of a hull, in its own axes. What has no volume has faces too, so that every direction in which two
+// such things may leave each other is one of a face: a polygon has two, a segment six around its line and at its
+// ends, a point six.
+STRUCT(HullFace) {
+  float4 plane;               // xyz: unit normal, outward; w: where it lies along the normal
+  int firstCorner;            // in the array of corners
+  int cornerCount;            // any number; 2 or 1 for the faces of a segment or a point
+  int unused[2];
+};
+
+// The edge's outward normals lie on the shorter arc between two: those of its faces. The edge of a polygon is listed
+// twice, a segment four times, since the arcs of their normals are longer.
+STRUCT(HullEdge) {
+  float4 normalA, normalB;  // unit; w = 0
+  int from, to;             // vertices, counted from the hull's first
+  int unused[2];
 };
 
 // A pair's bucket says which algorithm finds its contacts.
@@ -28,9 +54,20 @@ STRUCT(Shape) {
 #define BUCKET_BOX_PLANE 3
 #define BUCKET_SPHERE_BOX 4
 #define BUCKET_BOX_BOX 5
-#define BUCKET_NONE 6  // no contacts can arise (two planes)
-#define BUCKET_HOST 7  // the host finds the contacts
-#define BUCKET_COUNT 8
+#define BUCKET_CAPSULES 6  // a capsule and a capsule or sphere
+#define BUCKET_CAPSULE_PLANE 7
+#define BUCKET_HULL_PLANE 8
+#define BUCKET_CAPSULE_BOX 9  // from here to BUCKET_HULL_HULL: by closest features, with faces clipped
+#define BUCKET_SPHERE_HULL 10
+#define BUCKET_CAPSULE_HULL 11
+#define BUCKET_BOX_HULL 12
+#define BUCKET_HULL_HULL 13
+#define BUCKET_NONE 14  // no contacts can arise (two planes)
+#define BUCKET_HOST 15  // the host finds the contacts
+#define BUCKET_COUNT 16
+
+#define BUCKET_FIRST_CONVEX BUCKET_CAPSULE_BOX
+#define BUCKET_LAST_CONVEX BUCKET_HULL_HULL
 
 BTGPU_END
 #endif

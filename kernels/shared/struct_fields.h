@@ -58,6 +58,8 @@
     FIELD(Pair, bodyA) FIELD(Pair, bodyB) FIELD(Pair, oldManifold) FIELD(Pair, bucket)                      \
   SIZE(SeparatingAxis, 32)                                                                                  \
     FIELD(SeparatingAxis, normal) FIELD(SeparatingAxis, code) FIELD(SeparatingAxis, unused)                 \
+  SIZE(ClosestFeatures, 48)                                                                                 \
+    FIELD(ClosestFeatures, normal) FIELD(ClosestFeatures, onA) FIELD(ClosestFeatures, onB)                  \
   SIZE(RawContacts, 160)                                                                                    \
     FIELD(RawContacts, normal) FIELD(RawContacts, points) FIELD(RawContacts, count)                         \
     FIELD(RawContacts, unused)                                                                              \
@@ -81,9 +83,17 @@
   SIZE(SlotHeader, 16)                                                                                      \
     FIELD(SlotHeader, bodyA) FIELD(SlotHeader, bodyB) FIELD(SlotHeader, manifold)                           \
     FIELD(SlotHeader, pointCount)                                                                           \
-  SIZE(Shape, 32)                                                                                           \
+  SIZE(Shape, 80)                                                                                           \
     FIELD(Shape, type) FIELD(Shape, margin) FIELD(Shape, breakingThreshold) FIELD(Shape, unused)            \
-    FIELD(Shape, extents)                                                                                   \
+    FIELD(Shape, extents) FIELD(Shape, centre) FIELD(Shape, firstVertex) FIELD(Shape, vertexCount)          \
+    FIELD(Shape, firstFace) FIELD(Shape, faceCount) FIELD(Shape, firstEdge) FIELD(Shape, edgeCount)         \
+    FIELD(Shape, unused2)                                                                                   \
+  SIZE(HullFace, 32)                                                                                        \
+    FIELD(HullFace, plane) FIELD(HullFace, firstCorner) FIELD(HullFace, cornerCount)                        \
+    FIELD(HullFace, unused)                                                                                 \
+  SIZE(HullEdge, 48)                                                                                        \
+    FIELD(HullEdge, normalA) FIELD(HullEdge, normalB) FIELD(HullEdge, from) FIELD(HullEdge, to)             \
+    FIELD(HullEdge, unused)                                                                                 \
   SIZE(StepParams, 64)                                                                                      \
     FIELD(StepParams, timeStep) FIELD(StepParams, flags) FIELD(StepParams, erp2)                            \
     FIELD(StepParams, globalCfm) FIELD(StepParams, splitImpulsePenetrationThreshold)                        \

@@ -4,14 +4,23 @@
 #include "../lib/kernel.h"
 #include "../shared/contact.h"
 
-// Which algorithm finds the contacts of two shapes. Type 1 is the lower SHAPE_* constant.
+// Which algorithm finds the contacts of two shapes. Low is the lower SHAPE_* constant.
 static uint bucketOfShapes(int typeA, int typeB) {
   const int low = min(typeA, typeB), high = max(typeA, typeB);
   if (low == SHAPE_SPHERE && high == SHAPE_SPHERE) return BUCKET_SPHERE_SPHERE;
   if (low == SHAPE_SPHERE && high == SHAPE_BOX) return BUCKET_SPHERE_BOX;
   if (low == SHAPE_SPHERE && high == SHAPE_PLANE) return BUCKET_SPHERE_PLANE;
+  if (low == SHAPE_SPHERE && high == SHAPE_CAPSULE) return BUCKET_CAPSULES;
+  if (low == SHAPE_SPHERE && high == SHAPE_HULL) return BUCKET_SPHERE_HULL;
   if (low == SHAPE_BOX && high == SHAPE_BOX) return BUCKET_BOX_BOX;
   if (low == SHAPE_BOX && high == SHAPE_PLANE) return BUCKET_BOX_PLANE;
+  if (low == SHAPE_BOX && high == SHAPE_CAPSULE) return BUCKET_CAPSULE_BOX;
+  if (low == SHAPE_BOX && high == SHAPE_HULL) return BUCKET_BOX_HULL;
+  if (low == SHAPE_PLANE && high == SHAPE_CAPSULE) return BUCKET_CAPSULE_PLANE;
+  if (low == SHAPE_PLANE && high == SHAPE_HULL) return BUCKET_HULL_PLANE;
+  if (low == SHAPE_CAPSULE && high == SHAPE_CAPSULE) return BUCKET_CAPSULES;
+  if (low == SHAPE_CAPSULE && high == SHAPE_HULL) return BUCKET_CAPSULE_HULL;
+  if (low == SHAPE_HULL && high == SHAPE_HULL) return BUCKET_HULL_HULL;
   return BUCKET_NONE;
 }
 

@@ -4,11 +4,24 @@
 // bucketFirst[] where each bucket begins. Built with BTGPU_BUCKET, so that a world builds only what it uses.
 #include "../lib/collide.h"
 #include "../lib/kernel.h"
+#if BTGPU_BUCKET == BUCKET_HULL_PLANE
+#include "../lib/hull_plane.h"
+#endif
 
-#if BTGPU_BUCKET == BUCKET_SPHERE_PLANE || BTGPU_BUCKET == BUCKET_BOX_PLANE
+#if BTGPU_BUCKET == BUCKET_SPHERE_PLANE || BTGPU_BUCKET == BUCKET_BOX_PLANE || \
+    BTGPU_BUCKET == BUCKET_CAPSULE_PLANE || BTGPU_BUCKET == BUCKET_HULL_PLANE
 // The plane of B in world axes, constant from B's position.
 static float4 planeInWorld(Shape plane, BodyPose pose) {
   return withW(rotate(pose.orientation, plane.extents), plane.extents.w);
+}
+#endif
+
+#if BTGPU_BUCKET == BUCKET_CAPSULES || BTGPU_BUCKET == BUCKET_CAPSULE_PLANE
+// A capsule's axis in the world and half the length of its segment; a sphere has no length.
+static float segmentLength(Shape s) { return s.type == SHAPE_CAPSULE ? s.extents.x + s.extents.y + s.extents.z : 0.0f; }
+static float4 segmentAxis(Shape s, BodyPose pose) {
+  const int axis = s.type != SHAPE_CAPSULE || s.extents.y > 0.0f ? 1 : (s.extents.z > 0.0f ? 2 : 0);
+  return matrixColumn(matrixFromQuaternion(pose.orientation), axis);
 }
 #endif
 
@@ -18,7 +31,8 @@ static float newContactThreshold(Pair pair, Shape a, Shape b, __global const Man
   return fmin(a.breakingThreshold, b.breakingThreshold);
 }
 
-static void collide(Pair pair, Shape a, Shape b, BodyPose poseA, BodyPose poseB, float threshold, RawContacts* raw) {
+static void collide(Shape a, Shape b, BodyPose poseA, BodyPose poseB, float threshold,
+                    __global const float4* hullVertices, RawContacts* raw) {
   const float4 bFromA = poseB.position - poseA.position;
 #if BTGPU_BUCKET == BUCKET_SPHERE_SPHERE
   collideSphereSphere(a.extents.x, b.extents.x, bFromA, raw);
@@ -30,13 +44,23 @@ static void collide(Pair pair, Shape a, Shape b, BodyPose poseA, BodyPose poseB,
   const int sphereIsA = a.type == SHAPE_SPHERE;
   const Matrix3 rotation = matrixFromQuaternion(sphereIsA ? poseB.orientation : poseA.orientation);
   collideSphereBox(sphereIsA, sphereIsA ? a : b, sphereIsA ? b : a, rotation, bFromA, threshold, raw);
+#elif BTGPU_BUCKET == BUCKET_CAPSULES
+  collideCapsules(segmentAxis(a, poseA), segmentLength(a), a.margin, segmentAxis(b, poseB), segmentLength(b), b.margin,
+                  bFromA, threshold, raw);
+#elif BTGPU_BUCKET == BUCKET_CAPSULE_PLANE
+  collideCapsulePlane(segmentAxis(a, poseA), segmentLength(a), a.margin, planeInWorld(b, poseB), bFromA, threshold,
+                      raw);
+#elif BTGPU_BUCKET == BUCKET_HULL_PLANE
+  collideHullPlane(a, hullVertices, matrixFromQuaternion(poseA.orientation), planeInWorld(b, poseB), bFromA, threshold,
+                   raw);
 #endif
 }
 
 KERNEL collidePrimitives(__global const StepCounters* counters, __global const uint* bucketFirst,
                          __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
                          __global const Shape* shapes, __global const BodyPose* poses,
-                         __global const Manifold* oldManifolds, __global RawContacts* contacts) {
+                         __global const Manifold* oldManifolds, __global const float4* hullVertices,
+                         __global RawContacts* contacts) {
   RETURN_ON_OVERFLOW(counters);
   const uint first = bucketFirst[BTGPU_BUCKET];
   FOR_EACH(k, bucketFirst[BTGPU_BUCKET + 1] - first) {
@@ -44,7 +68,8 @@ KERNEL collidePrimitives(__global const StepCounters* counters, __global const u
     const Pair pair = pairs[i];
     const Shape a = shapes[infos[pair.bodyA].shapeIndex], b = shapes[infos[pair.bodyB].shapeIndex];
     RawContacts raw = noContacts();
-    collide(pair, a, b, poses[pair.bodyA], poses[pair.bodyB], newContactThreshold(pair, a, b, oldManifolds), &raw);
+    collide(a, b, poses[pair.bodyA], poses[pair.bodyB], newContactThreshold(pair, a, b, oldManifolds), hullVertices,
+            &raw);
     contacts[i] = raw;
   }
 }

@@ -37,6 +37,22 @@ btStaticPlaneShape* Objects::plane(const btVector3& normal, btScalar constant) {
   return raw;
 }
 
+btCapsuleShape* Objects::capsule(btScalar radius, btScalar height) {
+  auto shape = std::make_unique<btCapsuleShape>(radius, height);
+  btCapsuleShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btConvexHullShape* Objects::hull(const std::vector<btVector3>& points) {
+  auto shape = std::make_unique<btConvexHullShape>();
+  for (const btVector3& p : points) shape->addPoint(p, false);
+  shape->recalcLocalAabb();
+  btConvexHullShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
 btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btTransform& at) {
   btVector3 inertia(0, 0, 0);
   if (mass != btScalar(0)) shape->calculateLocalInertia(mass, inertia);
@@ -135,31 +151,82 @@ btQuaternion randomRotation(std::mt19937& random) {
   return q.normalized();
 }
 
-void buildMixed(Objects& o, Size n) {
+// Points on an ellipsoid, so that all of them are corners, with the centre of mass at their mean.
+std::vector<btVector3> randomHull(std::mt19937& random, int count, const btVector3& half) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<btVector3> points;
+  while (static_cast<int>(points.size()) < count) {
+    const btVector3 p(s(unit(random)), s(unit(random)), s(unit(random)));
+    if (p.length2() > s(0.01) && p.length2() < 1) points.push_back(p.normalized() * half);
+  }
+  btVector3 mean(0, 0, 0);
+  for (const btVector3& p : points) mean += p / s(count);
+  for (btVector3& p : points) p -= mean;
+  return points;
+}
+
+std::vector<btVector3> prism(int sides, double radius, double halfHeight) {
+  constexpr double kTurn = 6.283185307179586;
+  std::vector<btVector3> points;
+  for (int k = 0; k < sides; ++k) {
+    for (const double y : {-halfHeight, halfHeight}) {
+      points.emplace_back(s(radius * std::cos(kTurn * k / sides)), s(y), s(radius * std::sin(kTurn * k / sides)));
+    }
+  }
+  return points;
+}
+
+void addRolling(Objects& o, btCollisionShape* shape, const btTransform& at) {
+  btRigidBody* body = o.add(1, shape, at);
+  body->setFriction(s(0.6));
+  // Without it spheres roll for ever on a plane, in stock too.
+  body->setRollingFriction(s(0.1));
+  body->setSpinningFriction(s(0.1));
+}
+
+// Calls make(random, x + y + z) for each place of a grid over a plane.
+template <typename Make>
+void rain(Objects& o, Size n, const Make& make) {
   addPlane(o);
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> jitter(-0.2, 0.2), size(0.4, 0.8);
+  std::uniform_real_distribution<double> jitter(-0.2, 0.2);
   for (int y = 0; y < n.y; ++y) {
     for (int x = 0; x < n.x; ++x) {
       for (int z = 0; z < n.z; ++z) {
-        const btVector3 at(s(2.0 * (x - n.x / 2) + jitter(random)), s(1.5 + 2.0 * y),
-                           s(2.0 * (z - n.z / 2) + jitter(random)));
+        const double atX = 2.0 * (x - n.x / 2) + jitter(random), atZ = 2.0 * (z - n.z / 2) + jitter(random);
         const btQuaternion rotation = randomRotation(random);
-        btCollisionShape* shape = nullptr;
-        if ((x + y + z) % 2) {
-          shape = o.sphere(s(size(random)));
-        } else {
-          const double a = size(random), b = size(random), c = size(random);
-          shape = o.box(btVector3(s(a), s(b), s(c)));
-        }
-        btRigidBody* body = o.add(1, shape, btTransform(rotation, at));
-        body->setFriction(s(0.6));
-        // Without it spheres roll for ever on a plane, in stock too.
-        body->setRollingFriction(s(0.1));
-        body->setSpinningFriction(s(0.1));
+        btCollisionShape* shape = make(random, x + y + z);
+        addRolling(o, shape, btTransform(rotation, btVector3(s(atX), s(1.5 + 2.0 * y), s(atZ))));
       }
     }
   }
+}
+
+void buildMixed(Objects& o, Size n) {
+  std::uniform_real_distribution<double> size(0.4, 0.8);
+  rain(o, n, [&o, &size](std::mt19937& random, int place) -> btCollisionShape* {
+    const double a = size(random), b = size(random), c = size(random);
+    switch (place % 4) {
+      case 0:
+        return o.box(btVector3(s(a), s(b), s(c)));
+      case 1:
+        return o.sphere(s(a));
+      case 2:
+        return o.capsule(s(a / 2), s(b));
+      default:
+        return o.hull(randomHull(random, 12, btVector3(s(a), s(b), s(c))));
+    }
+  });
+}
+
+void buildHulls(Objects& o, Size n) {
+  std::uniform_real_distribution<double> size(0.4, 0.8);
+  std::uniform_int_distribution<int> vertices(8, 32), sides(3, 12);
+  rain(o, n, [&](std::mt19937& random, int place) {
+    const double a = size(random), b = size(random), c = size(random);
+    if (place % 3 == 0) return o.hull(prism(sides(random), a, b));
+    return o.hull(randomHull(random, vertices(random), btVector3(s(a), s(b), s(c))));
+  });
 }
 
 void buildBounce(Objects& o, Size n) {
@@ -350,12 +417,19 @@ const std::vector<Scene>& all() {
       // Stock finds one corner of a box on a plane a step, btgpu all of them: boxes that land tumble less, and a pile
       // rained on a plane stands 3.8 +- 1.7 % higher (the same rain on a box: 1.0 +- 1.3 %).
       {"mixed",
-       "boxes and spheres of many sizes rained on a plane",
+       "boxes, spheres, capsules and hulls of many sizes rained on a plane",
        {8, 8, 8},
        600,
        kStep,
        {20, 0, Rest::Yes, 0.05},
        buildMixed},
+      {"hulls",
+       "convex hulls of 8 to 32 vertices and prisms rained on a plane",
+       {6, 6, 6},
+       600,
+       kStep,
+       {20, 0, Rest::Yes, 0.05},
+       buildHulls},
       {"bounce",
        "balls and boxes with restitution from 0 to 0.9 dropped on a plane",
        {10, 1, 6},

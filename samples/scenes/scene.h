@@ -33,6 +33,8 @@ class Objects {
   btBoxShape* box(const btVector3& halfExtents);
   btSphereShape* sphere(btScalar radius);
   btStaticPlaneShape* plane(const btVector3& normal, btScalar constant);
+  btCapsuleShape* capsule(btScalar radius, btScalar height);
+  btConvexHullShape* hull(const std::vector<btVector3>& points);
   // Adds a body; mass 0 makes it static.
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btTransform& at);
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at);

@@ -262,6 +262,45 @@ TEST_F(UpdateAabbsTest, OutOfBoundsBodiesAreDisabledAndCountedSmall) {
   }
 }
 
+// Against Bullet's shapes themselves; the reference's tolerance holds for both.
+TEST_F(UpdateAabbsTest, CapsulesAndHullsAsBulletSmall) {
+  std::mt19937 random(4);
+  WorldBuilder b;
+  std::vector<std::unique_ptr<btConvexShape>> shapes;
+  for (int n = 0; n < 24; ++n) {
+    const float radius = uniform(random, 0.1f, 1), half = uniform(random, 0.1f, 2);
+    const float4 at = uniform3(random, -5, 5);
+    const float4 turn = randomTurn(random);
+    if (n % 4 == 0) shapes.push_back(std::make_unique<btCapsuleShapeX>(radius, 2 * half));
+    if (n % 4 == 1) shapes.push_back(std::make_unique<btCapsuleShape>(radius, 2 * half));
+    if (n % 4 == 2) shapes.push_back(std::make_unique<btCapsuleShapeZ>(radius, 2 * half));
+    if (n % 4 < 3) {
+      b.add(b.capsule(n % 4, radius, half), at, 1, turn);
+      continue;
+    }
+    auto hull = std::make_unique<btConvexHullShape>();
+    std::vector<float4> points;
+    for (int k = 0; k < 10; ++k) {
+      points.push_back(uniform3(random, -radius, half));  // not about its origin
+      hull->addPoint(toBullet(points.back()));
+    }
+    b.add(b.hull(points, hull->getMargin()), at, 1, turn);
+    shapes.push_back(std::move(hull));
+  }
+  const Stage20Input in = inputOf(b);
+  StepSettings settings;
+  settings.useContinuous = false;
+  const auto out = expectAsReference(in, settings);
+  for (uint i = 0; i < in.world.bodyCount; ++i) {
+    btVector3 lower, upper;
+    shapes[i]->getAabb(toBullet(in.world.poses.values[i]), lower, upper);
+    const btVector3 grown(0.02f, 0.02f, 0.02f);
+    const float scale = static_cast<float>(upper.length() + lower.length());
+    EXPECT_LE((toBullet(out.aabbs[i].lower) - (lower - grown)).length(), 2 * kTolerance * scale) << i;
+    EXPECT_LE((toBullet(out.aabbs[i].upper) - (upper + grown)).length(), 2 * kTolerance * scale) << i;
+  }
+}
+
 void addRandomStates(std::mt19937& random, Stage20Input& in) {
   for (uint i = 0; i < in.world.bodyCount; ++i) {
     in.world.activations.values[i].state = static_cast<int>(random() % 7);

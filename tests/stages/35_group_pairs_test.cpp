@@ -114,6 +114,25 @@ TEST_F(GroupPairsTest, EveryKindOfPairHasItsBucketSmall) {
   EXPECT_EQ(out.bucketFirst.back(), in.keys.size());
 }
 
+TEST_F(GroupPairsTest, CapsulesAndHullsSmall) {
+  WorldBuilder b = twoOfEach();
+  const int capsule = b.capsule(1, 0.5f, 1), hull = b.hull({{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}});
+  for (const int shape : {capsule, capsule, hull, hull}) b.add(shape, {});
+  Stage35Input in = inputOf(b);
+  in.keys = allKeys(10);
+  const auto out = expectAsReference(in);
+  const auto bucketOf = [&](uint a, uint c) {
+    const auto at = std::find(in.keys.begin(), in.keys.end(), pairKeyOf(a, c)) - in.keys.begin();
+    return out.pairs[static_cast<size_t>(at)].bucket;
+  };
+  const struct {
+    uint a, b, bucket;
+  } expected[] = {{0, 6, BUCKET_CAPSULES}, {2, 6, BUCKET_CAPSULE_BOX},  {4, 6, BUCKET_CAPSULE_PLANE},
+                  {6, 7, BUCKET_CAPSULES}, {6, 8, BUCKET_CAPSULE_HULL}, {0, 8, BUCKET_SPHERE_HULL},
+                  {2, 8, BUCKET_BOX_HULL}, {4, 8, BUCKET_HULL_PLANE},   {8, 9, BUCKET_HULL_HULL}};
+  for (const auto& e : expected) EXPECT_EQ(bucketOf(e.a, e.b), e.bucket) << e.a << ", " << e.b;
+}
+
 TEST_F(GroupPairsTest, LowerProxyIdIsAButAPlaneIsBSmall) {
   // Each two bodies with ids in either order.
   for (const bool ascending : {true, false}) {

@@ -8,6 +8,7 @@
 
 #include "gpu_engine/stages/42_collide_primitives_reference.h"
 #include "tests/support/bullet_convert.h"
+#include "tests/support/convex_pairs.h"
 #include "tests/support/device_test.h"
 #include "tests/support/pair_world.h"
 #include "tests/support/stage_bench.h"
@@ -68,7 +69,11 @@ class CollidePrimitivesTest : public DeviceTest {
     const float size = sizeOf(bFromA) + reachOf(shapeA) + reachOf(shapeB);
     // The normal of sphere and box is a difference of points, divided by its length: it has their error.
     float normalTolerance = kTolerance;
-    if (shapeA.type != shapeB.type && shapeB.type != SHAPE_PLANE) {
+    const bool capsules = shapeA.type == SHAPE_CAPSULE || shapeB.type == SHAPE_CAPSULE;
+    if (capsules && shapeB.type != SHAPE_PLANE) {
+      // That of two segments likewise; each point is known to its rounding over the sine between them (above 0.3 here).
+      normalTolerance += 4 * kTolerance * size / (e.points[0].w + shapeA.margin + shapeB.margin);
+    } else if (shapeA.type != shapeB.type && shapeB.type != SHAPE_PLANE) {
       const Shape& sphere = shapeA.type == SHAPE_SPHERE ? shapeA : shapeB;
       const float gap = e.points[0].w + sphere.extents.x + (shapeA.type == SHAPE_BOX ? shapeA : shapeB).margin;
       if (gap > 0) normalTolerance += kTolerance * size / gap;
@@ -183,6 +188,59 @@ TEST_F(CollidePrimitivesTest, SphereAndBoxSmall) {
   EXPECT_NEAR(raw[1].points[0].x, 0.9f, 1e-6f);  // the ball's surface, from the box
   EXPECT_EQ(raw[4 * 13].count, 1);               // 0.01 apart
   EXPECT_EQ(raw[4 * 14].count, 0);               // 0.03 apart
+}
+
+TEST_F(CollidePrimitivesTest, CapsulesSmall) {
+  PairWorld p;
+  std::mt19937 random(6);
+  const int ball = p.world.sphere(0.5f), shot = p.world.capsule(0, 0.25f, 0.001f);
+  const int x = p.world.capsule(0, 0.5f, 1), y = p.world.capsule(1, 0.25f, 0.5f), z = p.world.capsule(2, 0.3f, 2);
+  const int floor = p.world.plane({0, 1, 0, 0}, 0);
+  for (int n = 0; n < 6; ++n) {
+    for (const int capsule : {x, y, z}) {
+      p.add(ball, {uniform3(random, -0.4f, 0.4f), kNoTurn}, capsule,
+            {uniform3(random, -0.4f, 0.4f), randomTurn(random)});
+      p.add(x, {uniform3(random, -0.4f, 0.4f), randomTurn(random)}, capsule,
+            {uniform3(random, -0.4f, 0.4f), randomTurn(random)});
+      p.add(capsule, at(0, uniform(random, 0, 0.7f), 0, randomTurn(random)), floor, at(0, 0, 0));
+    }
+  }
+  const size_t lying = p.add(x, at(0, 0.49f, 0, turnAbout({0, 0, 1, 0}, 0.01f)), floor, at(0, 0, 0));
+  const size_t standing = p.add(y, at(0, 0.74f, 0), floor, at(0, 0, 0));
+  const size_t tiny = p.add(shot, at(0, 0.24f, 0, turnAbout({0, 0, 1, 0}, 0.3f)), floor, at(0, 0, 0));
+  const size_t apart = p.add(x, at(0, 0, 0), z, at(0, 0.81f, 0));
+  p.add(x, at(0, 0, 0), z, at(0, 0.83f, 0));  // beyond the threshold of 0.02
+  const auto raw = expectAsReference(p);
+  EXPECT_EQ(raw[lying].count, 2);
+  EXPECT_EQ(raw[standing].count, 1);
+  EXPECT_EQ(raw[tiny].count, 1) << "its ends are one point for the manifold";
+  EXPECT_EQ(raw[apart].count, 1);
+  EXPECT_EQ(raw[apart + 1].count, 0);
+}
+
+// The four that matter of any number of vertices.
+TEST_F(CollidePrimitivesTest, HullsOnPlanesSmall) {
+  PairWorld p;
+  const int drum = p.world.hull(prismOf(100, 1, 0.5f)), floor = p.world.plane({0, 1, 0, 0}, 1);
+  const size_t flat = p.add(drum, at(7, 1.53f, 0), floor, at(0, 0, 0));
+  const size_t tilted = p.add(drum, at(7, 1.6f, 0, turnAbout({1, 0, 0, 0}, 0.05f)), floor, at(0, 0, 0));
+  const size_t above = p.add(drum, at(7, 1.57f, 0), floor, at(0, 0, 0));
+  const size_t beam = p.add(p.world.hull({{-1, 0, 0, 0}, {1, 0, 0, 0}}), at(0, 1.035f, 0), floor, at(0, 0, 0));
+  const size_t grain = p.add(p.world.hull({{0.25f, 0, 0, 0}}), at(0, 1.035f, 0), floor, at(0, 0, 0));
+  const auto raw = device(p);
+  ASSERT_EQ(raw[flat].count, 4);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_NEAR(raw[flat].points[k].w, -0.01f, 1e-6f);
+    EXPECT_NEAR(raw[flat].points[k].y, -0.53f, 1e-6f);
+    for (int m = 0; m < k; ++m) EXPECT_GT(sizeOf(xyzOf(raw[flat].points[k] - raw[flat].points[m])), 1);
+  }
+  ASSERT_GE(raw[tilted].count, 3);
+  const float deepest = 0.6f - 0.5f * std::cos(0.05f) - std::sin(0.05f) - 0.04f;
+  EXPECT_NEAR(raw[tilted].points[raw[tilted].count - 1].w, deepest, 1e-6f) << "the deepest last";
+  EXPECT_EQ(raw[above].count, 0);
+  EXPECT_EQ(raw[beam].count, 2);
+  ASSERT_EQ(raw[grain].count, 1);
+  EXPECT_NEAR(raw[grain].points[0].x, 0.25f, 1e-6f);
 }
 
 // Every kind of pair in turn, random poses near contact. Pairs in which a decision is closer than 1e-4 are

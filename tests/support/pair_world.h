@@ -25,7 +25,19 @@ struct PairWorld {
   // The bucket of the shapes that the bodies have; a plane must be b.
   uint bucketOf(uint a, uint b) const {
     const int typeA = shapeOf(a).type, typeB = shapeOf(b).type;
-    if (typeB == SHAPE_PLANE) return typeA == SHAPE_SPHERE ? BUCKET_SPHERE_PLANE : BUCKET_BOX_PLANE;
+    if (typeB == SHAPE_PLANE) {
+      if (typeA == SHAPE_CAPSULE) return BUCKET_CAPSULE_PLANE;
+      if (typeA == SHAPE_HULL) return BUCKET_HULL_PLANE;
+      return typeA == SHAPE_SPHERE ? BUCKET_SPHERE_PLANE : BUCKET_BOX_PLANE;
+    }
+    const auto are = [&](int s, int t) { return (typeA == s && typeB == t) || (typeA == t && typeB == s); };
+    if (are(SHAPE_HULL, SHAPE_HULL)) return BUCKET_HULL_HULL;
+    if (are(SHAPE_HULL, SHAPE_BOX)) return BUCKET_BOX_HULL;
+    if (are(SHAPE_HULL, SHAPE_CAPSULE)) return BUCKET_CAPSULE_HULL;
+    if (are(SHAPE_HULL, SHAPE_SPHERE)) return BUCKET_SPHERE_HULL;
+    if (are(SHAPE_CAPSULE, SHAPE_BOX)) return BUCKET_CAPSULE_BOX;
+    if (are(SHAPE_CAPSULE, SHAPE_CAPSULE)) return BUCKET_CAPSULES;
+    if (are(SHAPE_CAPSULE, SHAPE_SPHERE)) return BUCKET_CAPSULES;
     if (typeA != typeB) return BUCKET_SPHERE_BOX;
     return typeA == SHAPE_SPHERE ? BUCKET_SPHERE_SPHERE : BUCKET_BOX_BOX;
   }

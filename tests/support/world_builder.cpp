@@ -4,6 +4,8 @@
 
 #include <numeric>
 
+#include "translation/hull_features.h"
+
 namespace btgpu {
 namespace {
 
@@ -62,14 +64,46 @@ int WorldBuilder::addShape(Shape shape) {
   return static_cast<int>(m_input.shapes.values.size()) - 1;
 }
 
-int WorldBuilder::sphere(float radius) { return addShape({SHAPE_SPHERE, radius, 0, 0, {radius, 0, 0, 0}}); }
+namespace {
+
+Shape shapeOf(int type, float margin, float4 extents) {
+  Shape shape{};
+  shape.type = type;
+  shape.margin = margin;
+  shape.extents = extents;
+  return shape;
+}
+
+}  // namespace
+
+int WorldBuilder::sphere(float radius) { return addShape(shapeOf(SHAPE_SPHERE, radius, {radius, 0, 0, 0})); }
 
 int WorldBuilder::box(float4 halfExtents, float margin) {
-  return addShape({SHAPE_BOX, margin, 0, 0, {halfExtents.x, halfExtents.y, halfExtents.z, 0}});
+  return addShape(shapeOf(SHAPE_BOX, margin, {halfExtents.x, halfExtents.y, halfExtents.z, 0}));
 }
 
 int WorldBuilder::plane(float4 normal, float constant) {
-  return addShape({SHAPE_PLANE, 0, 0, 0, {normal.x, normal.y, normal.z, constant}});
+  return addShape(shapeOf(SHAPE_PLANE, 0, {normal.x, normal.y, normal.z, constant}));
+}
+
+int WorldBuilder::capsule(int axis, float radius, float halfLength) {
+  return addShape(shapeOf(SHAPE_CAPSULE, radius,
+                          {axis == 0 ? halfLength : 0, axis == 1 ? halfLength : 0, axis == 2 ? halfLength : 0, 0}));
+}
+
+int WorldBuilder::hull(const std::vector<float4>& points, float margin) {
+  Shape shape = appendHull(makeHullFeatures(points), m_input.hulls);
+  shape.type = SHAPE_HULL;
+  shape.margin = margin;
+  float4 lower = points.front(), upper = points.front();
+  for (const float4& p : points) {
+    lower = fmin(lower, p);
+    upper = fmax(upper, p);
+  }
+  // btPolyhedralConvexAabbCachingShape: the margin twice.
+  shape.extents = (upper - lower) * 0.5f + float4{2 * margin, 2 * margin, 2 * margin, 0};
+  shape.centre = (upper + lower) * 0.5f;
+  return addShape(shape);
 }
 
 uint WorldBuilder::addSlot() {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <random>
+#include <vector>
 
 #include "gpu_engine/world_input.h"
 
@@ -35,6 +36,8 @@ class WorldBuilder {
   int sphere(float radius);
   int box(float4 halfExtents, float margin = 0.04f);  // half extents include the margin, as on the device
   int plane(float4 normal, float constant);
+  int capsule(int axis, float radius, float halfLength);
+  int hull(const std::vector<float4>& points, float margin = 0.04f);
 
   // ---- bodies: return the body index; its uniqueId is the index + 1
   // ------------------------------------------ A rigid body; a mass of zero makes it static. Planes must be
@@ -60,6 +63,7 @@ class WorldBuilder {
   Shape& shape(int index) { return m_input.shapes.values[static_cast<size_t>(index)]; }
   const BodyInfo& info(uint body) const { return m_input.infos.values[body]; }
   const BodyPose& pose(uint body) const { return m_input.poses.values[body]; }
+  const HullArrays& hulls() const { return m_input.hulls; }
   const Shape& shape(int index) const { return m_input.shapes.values[static_cast<size_t>(index)]; }
   uint bodyCount() const { return m_input.bodyCount; }
 

@@ -262,15 +262,15 @@ TEST(CommandLine, NoDeviceIsNotCompared) {
 // A failing check: the world holds a shape that the device does not have.
 TEST(CommandLine, StepsOnTheStockPathFail) {
   const TemporaryFolder folder;
-  const std::string path = folder.file("capsule.bullet"), jsonPath = folder.file("result.json");
-  btCapsuleShape capsule(1, 1);
+  const std::string path = folder.file("cylinder.bullet"), jsonPath = folder.file("result.json");
+  btCylinderShape cylinder(btVector3(1, 1, 1));
   writeWorld(path, [&](scenes::Objects& o) {
-    o.add(1, &capsule, btVector3(0, 0, 0));
+    o.add(1, &cylinder, btVector3(0, 0, 0));
     o.add(1, o.sphere(1), btVector3(5, 0, 0));
   });
   const Finished run = tool({"compare", path, "--steps", "4", "--json", jsonPath});
   expectOneLine(run, 1, {"not compared", "on the CPU"});
-  EXPECT_TRUE(contains(run.out, "on the CPU: CapsuleShape shape (not on the device yet)")) << run.out;
+  EXPECT_TRUE(contains(run.out, "on the CPU: CylinderY shape (not on the device yet)")) << run.out;
 
   const json result = json::parse(readFile(jsonPath));
   EXPECT_FALSE(result.at("pass").get<bool>());
@@ -278,7 +278,7 @@ TEST(CommandLine, StepsOnTheStockPathFail) {
   EXPECT_EQ(result.at("deviceSteps"), 0);
   ASSERT_EQ(result.at("fallbacks").size(), 1u);
   const json& fallback = result.at("fallbacks")[0];
-  EXPECT_EQ(fallback.at("what"), "CapsuleShape shape");
+  EXPECT_EQ(fallback.at("what"), "CylinderY shape");
   EXPECT_EQ(fallback.at("reason"), "not on the device yet");
   EXPECT_GE(fallback.at("count").get<int>(), 1);
   bool failed = false;

@@ -218,6 +218,14 @@ class ReaderWorld {
     if (const auto* sphere = dynamic_cast<const btSphereShape*>(&shape)) {
       return static_cast<float>(sphere->getRadius());
     }
+    if (const auto* capsule = dynamic_cast<const btCapsuleShape*>(&shape)) {
+      return capsule->getUpAxis() == 0 ? static_cast<float>(capsule->getHalfHeight()) : 0;
+    }
+    if (const auto* hull = dynamic_cast<const btConvexHullShape*>(&shape)) {
+      btVector3 lower, upper;
+      hull->getAabb(btTransform::getIdentity(), lower, upper);
+      return static_cast<float>((upper.x() - lower.x()) * btScalar(0.5));
+    }
     return static_cast<float>(dynamic_cast<const btStaticPlaneShape&>(shape).getPlaneNormal().x());
   }
 

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Shapes are read anew in each step, since applications change them after they were added; what the device
 // lacks is named.
+#include <cmath>
 #include <limits>
 #include <new>
 
@@ -138,6 +139,112 @@ TEST(Shapes, PlanesDoNotMove) {
   w.bodies[0]->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
   w.step();
   EXPECT_TRUE(w.missing.empty()) << w.missingText();
+}
+
+btConvexHullShape* cube(ReaderWorld& w, double half) {
+  auto* hull = w.shape<btConvexHullShape>();
+  for (int i = 0; i < 8; ++i) {
+    hull->addPoint(btVector3(s(i & 1 ? half : -half), s(i & 2 ? half : -half), s(i & 4 ? half : -half)));
+  }
+  return hull;
+}
+
+TEST(Shapes, Capsules) {
+  ReaderWorld w;
+  btRigidBody* x = w.add(1, w.shape<btCapsuleShapeX>(s(0.5), s(3)), btVector3(0, 0, 0));
+  btRigidBody* y = w.add(1, w.shape<btCapsuleShape>(s(0.25), s(1)), btVector3(9, 0, 0));
+  btRigidBody* z = w.add(1, w.shape<btCapsuleShapeZ>(s(0.5), s(2)), btVector3(18, 0, 0));
+  w.step();
+  for (const btRigidBody* body : {x, y, z}) EXPECT_EQ(shapeOf(w, body).type, SHAPE_CAPSULE);
+  EXPECT_EQ(shapeOf(w, x).extents.x, 1.5f);
+  EXPECT_EQ(shapeOf(w, x).extents.y, 0);
+  EXPECT_EQ(shapeOf(w, x).margin, 0.5f);
+  EXPECT_EQ(shapeOf(w, y).extents.y, 0.5f);
+  EXPECT_EQ(shapeOf(w, y).margin, 0.25f);
+  EXPECT_EQ(shapeOf(w, z).extents.z, 1);
+  y->getCollisionShape()->setLocalScaling(btVector3(2, 4, 2));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {1}}}));
+  EXPECT_EQ(shapeOf(w, y).extents.y, 2);
+  EXPECT_EQ(shapeOf(w, y).margin, 0.5f);
+}
+
+TEST(Shapes, Hulls) {
+  ReaderWorld w;
+  btConvexHullShape* small = cube(w, 0.5);
+  btConvexHullShape* large = cube(w, 2);
+  btRigidBody* a = w.add(1, small, btVector3(0, 0, 0));
+  btRigidBody* b = w.add(1, large, btVector3(9, 0, 0));
+  w.step();
+  const HullArrays& hulls = w.reader.input().hulls;
+  EXPECT_EQ(shapeOf(w, a).type, SHAPE_HULL);
+  EXPECT_EQ(shapeOf(w, a).vertexCount, 8);
+  EXPECT_EQ(shapeOf(w, a).faceCount, 6);
+  EXPECT_EQ(shapeOf(w, a).edgeCount, 12);
+  EXPECT_FLOAT_EQ(shapeOf(w, a).margin, 0.04f);
+  EXPECT_FLOAT_EQ(shapeOf(w, a).extents.x, 0.58f) << "the margin twice, as in Bullet's AABB";
+  EXPECT_EQ(shapeOf(w, b).firstVertex, 8);
+  EXPECT_EQ(hulls.vertices.size(), 16u);
+  EXPECT_EQ(std::fabs(hulls.vertices[8].x), 2);
+  EXPECT_EQ(small->getConvexPolyhedron(), nullptr) << "the application's shape is left alone";
+
+  // Nothing is built again unless something changed: points, scaling, margin.
+  EXPECT_EQ(w.step(), Upload{});
+  EXPECT_FALSE(hulls.changed);
+  small->setMargin(s(0.125));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  EXPECT_EQ(shapeOf(w, a).margin, 0.125f);
+  EXPECT_EQ(hulls.vertices.size(), 16u);
+  small->setLocalScaling(btVector3(2, 1, 1));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  EXPECT_EQ(std::fabs(hulls.vertices[static_cast<size_t>(shapeOf(w, a).firstVertex)].x), 1);
+  small->addPoint(btVector3(0, 3, 0));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  EXPECT_EQ(shapeOf(w, a).vertexCount, 9);
+  small->getUnscaledPoints()[8] = btVector3(0, 4, 0);  // without a word to the shape
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  EXPECT_EQ(hulls.vertices[static_cast<size_t>(shapeOf(w, b).firstVertex)].w, 0);
+}
+
+// What went away makes room again, and the others' places move with it.
+TEST(Shapes, ManyHullsOneAfterTheOther) {
+  ReaderWorld w;
+  btRigidBody* kept = w.add(1, cube(w, 2), btVector3(0, 0, 0));
+  btRigidBody* changing = w.add(1, cube(w, 1), btVector3(9, 0, 0));
+  for (int i = 0; i < 1500; ++i) {
+    changing->getCollisionShape()->setLocalScaling(btVector3(s(1 + 0.001 * i), 1, 1));
+    w.step();
+    const HullArrays& hulls = w.reader.input().hulls;
+    const Shape &k = shapeOf(w, kept), &c = shapeOf(w, changing);
+    ASSERT_EQ(std::fabs(hulls.vertices[static_cast<size_t>(k.firstVertex + 7)].x), 2) << i;
+    ASSERT_EQ(std::fabs(hulls.vertices[static_cast<size_t>(c.firstVertex + 7)].x),
+              static_cast<float>(s(1 + 0.001 * i)));
+    ASSERT_LT(hulls.corners[static_cast<size_t>(hulls.faces[static_cast<size_t>(c.firstFace)].firstCorner)], 8u);
+    ASSERT_LE(hulls.vertices.size(), 8300u);
+  }
+}
+
+TEST(Shapes, HullsWithoutPointsOrFiniteSize) {
+  ReaderWorld w;
+  btConvexHullShape* hull = w.shape<btConvexHullShape>();
+  btRigidBody* body = w.add(1, hull, btVector3(0, 0, 0));
+  w.read();
+  EXPECT_EQ(w.hostText(), "Convex shape\n") << "without points";
+  hull->addPoint(btVector3(s(std::numeric_limits<double>::quiet_NaN()), 0, 0), false);
+  w.read();
+  EXPECT_EQ(w.missingText(), "Convex shape: its size is not finite\n");
+  hull->getUnscaledPoints()[0] = btVector3(1, 2, 3);
+  hull->recalcLocalAabb();
+  w.step();
+  EXPECT_TRUE(w.missing.empty()) << w.missingText();
+  EXPECT_EQ(shapeOf(w, body).vertexCount, 1);
+  btConvexHullShape* solid = cube(w, 1);
+  body->setCollisionShape(solid);
+  w.step();
+  EXPECT_TRUE(w.missing.empty()) << w.missingText();
+  EXPECT_EQ(w.hostText(), "");
+  solid->initializePolyhedralFeatures();
+  w.read();
+  EXPECT_EQ(w.hostText(), "Convex shape\n") << "stock collides two of them without margins";
 }
 
 TEST(Shapes, SizesThatAreNotFinite) {

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "46_clip_convex_faces.h"
+
+namespace btgpu {
+
+void ClipConvexFaces::enqueue(Queue& queue, DeviceWorld& world) {
+  queue.enterStage("46_clip_convex_faces");
+  if (!m_built) m_clipConvexFaces = Kernel(queue.device(), "stages/46_clip_convex_faces.cl", "clipConvexFaces");
+  m_built = true;
+  const size_t capacity = world.capacities.pairs;
+  m_clipConvexFaces.launch(queue, queue.device().grid(capacity), world.counters, static_cast<uint>(capacity),
+                           world.nearCount, world.nearPairs, world.bucketFirst, world.items, world.pairs, world.infos,
+                           world.shapes, world.poses, world.oldManifolds, world.hullVertices, world.hullFaces,
+                           world.hullCorners, world.closest, world.contacts);
+}
+
+}  // namespace btgpu

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include "../device_world.h"
+
+namespace btgpu {
+
+// Contact candidates of the convex pairs that are near each other: faces clipped by each other, at most four points
+// picked. Reads closest[] and nearPairs[] of stage 44; writes contacts[] by pair index.
+class ClipConvexFaces {
+ public:
+  void enqueue(Queue& queue, DeviceWorld& world);
+
+ private:
+  bool m_built = false;  // the kernel, when a world first has such pairs
+  Kernel m_clipConvexFaces;
+};
+
+}  // namespace btgpu

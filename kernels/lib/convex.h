@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Convex shapes as Bullet's convex algorithms see them: a core (point, segment, box, hull) with a margin around it.
+// Here the distance of two cores that do not overlap: GJK. All in A's axes, from A's position.
+//
+// A sphere's and a capsule's core is kept as a box with three or two extents of zero, so that all but the hull are
+// one case: 8 vertices (bit k of the index: the positive end along axis k), 6 faces, 12 edges.
+#ifndef BTGPU_LIB_CONVEX_H
+#define BTGPU_LIB_CONVEX_H
+#include "../shared/contact.h"
+#include "../shared/shape.h"
+#include "vec.h"
+
+BTGPU_BEGIN
+
+#define GJK_ITERATIONS 64
+#define GJK_ACCURACY 1e-7f  // of the squared distance
+#define CORES_TOUCH 1e-5f   // of the pair's size: nearer cores give no direction in float
+#define FACE_AS_GOOD 1e-6f  // of the pair's size: a face's axis is taken if it separates the cores as far as this
+#define NEARLY_FACE 0.999f  // cosine between the axis found and a face's that may replace it
+
+// The arrays of all hulls.
+STRUCT(Hulls) {
+  __global const float4* vertices;
+  __global const HullFace* faces;
+  __global const uint* corners;
+  __global const HullEdge* edges;
+};
+
+STRUCT(Core) {
+  int isHull;
+  int isPolytope;  // has faces that others can rest on
+  float4 extents;  // half extents if it is not a hull, else of its AABB
+  int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;
+  float margin;
+};
+
+STRUCT(CorePair) {
+  Core a, b;
+  Matrix3 turn;   // B's axes to A's
+  float4 offset;  // B's position
+  float size;     // of both together: what rounding errors are in proportion to
+};
+
+LIB Core coreOf(Shape shape) {
+  Core core;
+  core.isHull = shape.type == SHAPE_HULL;
+  core.isPolytope = core.isHull || shape.type == SHAPE_BOX;
+  core.extents = vec3(0.0f, 0.0f, 0.0f);
+  core.margin = shape.margin;
+  if (shape.type == SHAPE_BOX) {
+    core.extents = fmax(xyz(shape.extents) - vec3(core.margin, core.margin, core.margin), core.extents);
+  } else if (shape.type != SHAPE_SPHERE) {
+    core.extents = xyz(shape.extents);
+  }
+  core.firstVertex = shape.firstVertex;
+  core.vertexCount = core.isHull ? shape.vertexCount : 8;
+  core.firstFace = shape.firstFace;
+  core.faceCount = core.isHull ? shape.faceCount : 6;
+  core.firstEdge = shape.firstEdge;
+  core.edgeCount = core.isHull ? shape.edgeCount : 12;
+  return core;
+}
+
+LIB CorePair corePairOf(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float4 bFromA) {
+  CorePair pair;
+  pair.a = coreOf(a);
+  pair.b = coreOf(b);
+  pair.turn.row0 = mulTransposed(rb, matrixColumn(ra, 0));
+  pair.turn.row1 = mulTransposed(rb, matrixColumn(ra, 1));
+  pair.turn.row2 = mulTransposed(rb, matrixColumn(ra, 2));
+  pair.offset = mulTransposed(ra, bFromA);
+  // Of two cores that touch; a distance beyond that is not counted.
+  pair.size = length3(a.centre) + length3(pair.a.extents) + length3(b.centre) + length3(pair.b.extents);
+  return pair;
+}
+
+LIB float4 boxVertex(float4 extents, int i) {
+  return vec3(i & 1 ? extents.x : -extents.x, i & 2 ? extents.y : -extents.y, i & 4 ? extents.z : -extents.z);
+}
+
+LIB float4 coreVertex(Core core, Hulls hulls, int i) {
+  if (core.isHull) return hulls.vertices[core.firstVertex + i];
+  return boxVertex(core.extents, i);
+}
+
+// Index of the vertex farthest along the direction, in the core's own axes. Of a point or a segment always the same
+// one of the vertices that fall together.
+LIB int coreSupport(Core core, Hulls hulls, float4 direction) {
+  if (!core.isHull) {
+    return (direction.x > 0.0f && core.extents.x > 0.0f ? 1 : 0) |
+           (direction.y > 0.0f && core.extents.y > 0.0f ? 2 : 0) |
+           (direction.z > 0.0f && core.extents.z > 0.0f ? 4 : 0);
+  }
+  int best = 0;
+  float farthest = dot3(hulls.vertices[core.firstVertex], direction);
+  for (int i = 1; i < core.vertexCount; ++i) {
+    const float along = dot3(hulls.vertices[core.firstVertex + i], direction);
+    if (along > farthest) {
+      farthest = along;
+      best = i;
+    }
+  }
+  return best;
+}
+
+LIB float4 vertexOfB(CorePair pair, Hulls hulls, int i) {
+  return pair.offset + mulMatrix(pair.turn, coreVertex(pair.b, hulls, i));
+}
+// The vertices of A and of B that lie farthest along the direction.
+LIB float4 supportOfA(CorePair pair, Hulls hulls, float4 direction) {
+  return coreVertex(pair.a, hulls, coreSupport(pair.a, hulls, direction));
+}
+LIB float4 supportOfB(CorePair pair, Hulls hulls, float4 direction) {
+  return vertexOfB(pair, hulls, coreSupport(pair.b, hulls, mulTransposed(pair.turn, direction)));
+}
+
+// Outward plane of a face in the core's own axes.
+LIB float4 facePlane(Core core, Hulls hulls, int face) {
+  if (core.isHull) return hulls.faces[core.firstFace + face].plane;
+  const int axis = face >> 1;
+  return withW(unitVector(axis) * (face & 1 ? 1.0f : -1.0f), component(core.extents, axis));
+}
+LIB int faceCorners(Core core, Hulls hulls, int face) {
+  return core.isHull ? hulls.faces[core.firstFace + face].cornerCount : 4;
+}
+// Corner `k` of a face, anticlockwise from outside.
+LIB float4 faceCorner(Core core, Hulls hulls, int face, int k) {
+  if (core.isHull) {
+    const int first = hulls.faces[core.firstFace + face].firstCorner;
+    return hulls.vertices[core.firstVertex + (int)hulls.corners[first + k]];
+  }
+  const int axis = face >> 1, positive = face & 1;
+  const int u = (axis + (positive ? 1 : 2)) % 3, v = (axis + (positive ? 2 : 1)) % 3;
+  return boxVertex(core.extents, positive << axis | (k == 1 || k == 2) << u | (k >= 2) << v);
+}
+// The face that looks most along the direction, in the core's own axes.
+LIB int faceAlong(Core core, Hulls hulls, float4 direction) {
+  int best = 0;
+  float most = -2.0f;
+  for (int f = 0; f < core.faceCount; ++f) {
+    const float along = dot3(facePlane(core, hulls, f), direction);
+    if (along > most) {
+      most = along;
+      best = f;
+    }
+  }
+  return best;
+}
+
+// Up to four vertices of the difference B - A, each with the vertices that it came from and its share in the point
+// nearest to the origin.
+STRUCT(Simplex) {
+  float4 points[4];  // w: the share
+  int a[4], b[4];
+  int count;
+};
+
+// Nearest to the origin on the segment p, q; w of the result: q's share.
+LIB float4 nearestOnSegment(float4 p, float4 q) {
+  const float4 d = q - p;
+  const float lengthSqr = dot3(d, d);
+  const float along = -dot3(p, d);
+  if (!(along > 0.0f)) return withW(p, 0.0f);
+  if (along >= lengthSqr) return withW(q, 1.0f);
+  // What remains along the segment is rounding.
+  const float share = along / lengthSqr;
+  const float4 v = p + d * share;
+  return withW(v - d * (dot3(v, d) / lengthSqr), share);
+}
+
+// Nearest to the origin on the triangle of points i, j, k of the simplex; shares: of all four points.
+LIB float4 nearestOnTriangle(const Simplex* s, int i, int j, int k, float* shares) {
+  const float4 p = s->points[i], q = s->points[j], r = s->points[k];
+  for (int n = 0; n < 4; ++n) shares[n] = 0.0f;
+  const float4 normal = cross3(q - p, r - p);
+  const float lengthSqr = dot3(normal, normal);
+  const float atP = dot3(normal, cross3(q, r)), atQ = dot3(normal, cross3(r, p)), atR = dot3(normal, cross3(p, q));
+  if (atP > 0.0f && atQ > 0.0f && atR > 0.0f && lengthSqr > 0.0f) {
+    const float sum = atP + atQ + atR;
+    shares[i] = atP / sum;
+    shares[j] = atQ / sum;
+    shares[k] = atR / sum;
+    return normal * (dot3(normal, p) / lengthSqr);
+  }
+  const float4 pq = nearestOnSegment(p, q), qr = nearestOnSegment(q, r), rp = nearestOnSegment(r, p);
+  const float a = lengthSqr3(pq), b = lengthSqr3(qr), c = lengthSqr3(rp);
+  if (a <= b && a <= c) {
+    shares[i] = 1.0f - pq.w;
+    shares[j] = pq.w;
+    return xyz(pq);
+  }
+  if (b <= c) {
+    shares[j] = 1.0f - qr.w;
+    shares[k] = qr.w;
+    return xyz(qr);
+  }
+  shares[k] = 1.0f - rp.w;
+  shares[i] = rp.w;
+  return xyz(rp);
+}
+
+// 1 if the origin is on the other side of the plane i, j, k than point `other`, or if the four are too flat to say.
+LIB int outsideFace(const Simplex* s, int i, int j, int k, int other) {
+  const float4 p = s->points[i], to = s->points[other] - p;
+  const float4 normal = cross3(s->points[j] - p, s->points[k] - p);
+  const float height = dot3(normal, to), origin = -dot3(normal, p);
+  if (height * height <= 1e-12f * lengthSqr3(normal) * lengthSqr3(to)) return 1;
+  // Farther up than the fourth point is outside as well; of four points that are nearly flat it says more.
+  return height > 0.0f ? origin < 0.0f || origin > height : origin > 0.0f || origin < height;
+}
+
+// Finds the point of the simplex nearest to the origin and drops the vertices without a share in it. Returns 0 if
+// the origin is inside.
+LIB int nearestOnSimplex(REF(Simplex) s, REF(float4) nearest) {
+  float shares[4] = {1.0f, 0.0f, 0.0f, 0.0f};
+  if (s->count == 1) {
+    *nearest = xyz(s->points[0]);
+  } else if (s->count == 2) {
+    const float4 v = nearestOnSegment(s->points[0], s->points[1]);
+    shares[0] = 1.0f - v.w;
+    shares[1] = v.w;
+    *nearest = xyz(v);
+  } else if (s->count == 3) {
+    *nearest = nearestOnTriangle(s, 0, 1, 2, shares);
+  } else {
+    float best = INFINITY;
+    for (int other = 0; other < 4; ++other) {
+      const int i = other == 0 ? 1 : 0, j = other <= 1 ? 2 : 1, k = other <= 2 ? 3 : 2;
+      if (!outsideFace(s, i, j, k, other)) continue;
+      float ofFace[4];
+      const float4 v = nearestOnTriangle(s, i, j, k, ofFace);
+      if (lengthSqr3(v) >= best) continue;
+      best = lengthSqr3(v);
+      *nearest = v;
+      for (int n = 0; n < 4; ++n) shares[n] = ofFace[n];
+    }
+    if (best == INFINITY) return 0;
+  }
+  int kept = 0;
+  for (int n = 0; n < s->count; ++n) {
+    if (!(shares[n] > 0.0f)) continue;
+    s->points[kept] = withW(s->points[n], shares[n]);
+    s->a[kept] = s->a[n];
+    s->b[kept] = s->b[n];
+    ++kept;
+  }
+  s->count = kept;
+  return 1;
+}
+
+// Adds the vertex of the difference that lies farthest against `direction`; 0 if the simplex has it already.
+LIB int addSupport(REF(Simplex) s, CorePair pair, Hulls hulls, float4 direction) {
+  const int ia = coreSupport(pair.a, hulls, direction);
+  const int ib = coreSupport(pair.b, hulls, -mulTransposed(pair.turn, direction));
+  int isNew = 1;
+  for (int n = 0; n < s->count; ++n) isNew = isNew && (s->a[n] != ia || s->b[n] != ib);
+  s->a[s->count] = ia;
+  s->b[s->count] = ib;
+  s->points[s->count] = withW(vertexOfB(pair, hulls, ib) - coreVertex(pair.a, hulls, ia), 0.0f);
+  return isNew;
+}
+
+#define CORES_FAR 0      // farther apart than asked for
+#define CORES_NEAR 1     // closest features found
+#define CORES_OVERLAP 2  // or touch: SAT has to say how they leave each other
+
+// Closest features of two cores nearer than `limit`. `start`: a guess of the axis from A to B.
+LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, REF(ClosestFeatures) out) {
+  Simplex s;
+  s.count = 0;
+  addSupport(&s, pair, hulls, start);
+  s.points[0].w = 1.0f;
+  s.count = 1;
+  float4 v = xyz(s.points[0]);
+  float reachSqr = 0.0f;  // of the largest vertex met
+  for (int n = 0; n < GJK_ITERATIONS; ++n) {
+    const float distanceSqr = lengthSqr3(v);
+    reachSqr = fmax(reachSqr, lengthSqr3(s.points[s.count - 1]));
+    if (distanceSqr <= CORES_TOUCH * CORES_TOUCH * fmax(reachSqr, pair.size * pair.size)) return CORES_OVERLAP;
+    Simplex next = s;
+    const int isNew = addSupport(&next, pair, hulls, v);
+    const float bound = dot3(v, next.points[next.count]);  // the cores are at least bound / |v| apart
+    if (bound > 0.0f && bound * bound > limit * limit * distanceSqr) return CORES_FAR;
+    if (!isNew || distanceSqr - bound <= GJK_ACCURACY * distanceSqr) break;
+    next.count += 1;
+    float4 nearer;
+    if (!nearestOnSimplex(&next, &nearer)) return CORES_OVERLAP;
+    if (!(lengthSqr3(nearer) < distanceSqr)) break;  // rounding allows no better
+    s = next;
+    v = nearer;
+  }
+  const float distance = length3(v);
+  if (distance >= limit) return CORES_FAR;
+  out->normal = withW(v / distance, distance);
+  out->onA = out->onB = vec3(0.0f, 0.0f, 0.0f);
+  for (int n = 0; n < s.count; ++n) {
+    out->onA += coreVertex(pair.a, hulls, s.a[n]) * s.points[n].w;
+    out->onB += vertexOfB(pair, hulls, s.b[n]) * s.points[n].w;
+  }
+  out->onA.w = out->onB.w = 0.0f;
+  return CORES_NEAR;
+}
+
+// Separation of the cores along the normal of a face of A or of B.
+LIB float separationByFaceOfA(CorePair pair, Hulls hulls, float4 plane) {
+  return dot3(plane, supportOfB(pair, hulls, -xyz(plane))) - plane.w;
+}
+// `normal`: B's, in A's axes.
+LIB float separationByFaceOfB(CorePair pair, Hulls hulls, float4 normal, float planeOfB) {
+  return dot3(normal, supportOfA(pair, hulls, -xyz(normal)) - pair.offset) - planeOfB;
+}
+
+// Where a face touches a vertex, its normal is exact and steady from step to step, which GJK's axis is only within
+// rounding: takes the face's if the cores are as far apart along it.
+LIB void preferFace(CorePair pair, Hulls hulls, REF(ClosestFeatures) c) {
+  const float enough = c->normal.w - FACE_AS_GOOD * pair.size;
+  if (pair.a.isPolytope) {
+    const float4 plane = facePlane(pair.a, hulls, faceAlong(pair.a, hulls, c->normal));
+    if (dot3(plane, c->normal) > NEARLY_FACE) {
+      const float separation = separationByFaceOfA(pair, hulls, plane);
+      if (separation >= enough) {
+        c->normal = withW(plane, separation);
+        return;
+      }
+    }
+  }
+  if (pair.b.isPolytope) {
+    const float4 plane = facePlane(pair.b, hulls, faceAlong(pair.b, hulls, -mulTransposed(pair.turn, c->normal)));
+    const float4 normal = mulMatrix(pair.turn, plane);
+    if (-dot3(normal, c->normal) > NEARLY_FACE) {
+      const float separation = separationByFaceOfB(pair, hulls, normal, plane.w);
+      if (separation >= enough) c->normal = withW(-normal, separation);
+    }
+  }
+}
+
+BTGPU_END
+#endif

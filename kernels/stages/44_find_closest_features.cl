@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Pairs in which a hull takes part, and capsules on boxes: where they are closest. Positions count from the first such
+// pair in items[]; the buckets lie side by side.
+#include "../lib/convex_sat.h"
+#include "../lib/kernel.h"
+#include "../shared/body.h"
+
+static Hulls hullsOf(__global const float4* vertices, __global const HullFace* faces, __global const uint* corners,
+                     __global const HullEdge* edges) {
+  Hulls h;
+  h.vertices = vertices;
+  h.faces = faces;
+  h.corners = corners;
+  h.edges = edges;
+  return h;
+}
+
+// Single work item: number of convex pairs, for the compactions that follow.
+SINGLE_KERNEL countConvexPairs(__global const StepCounters* counters, __global const uint* bucketFirst,
+                               __global uint* convexCount) {
+  *convexCount =
+      counters->overflow ? 0 : bucketFirst[BUCKET_LAST_CONVEX + 1] - bucketFirst[BUCKET_FIRST_CONVEX];
+}
+
+// GJK, started from the normal of the last step. Of the pair at position k: near[k] is 1 where a contact is possible,
+// overlap[k] where the cores overlap and findWaysOut has to find the axis. Clears the pair's candidates.
+KERNEL findClosestFeatures(__global const StepCounters* counters, __global const uint* bucketFirst,
+                           __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
+                           __global const Shape* shapes, __global const BodyPose* poses,
+                           __global const Manifold* oldManifolds, __global const float4* hullVertices,
+                           __global const HullFace* hullFaces, __global const uint* hullCorners,
+                           __global const HullEdge* hullEdges, __global RawContacts* contacts,
+                           __global ClosestFeatures* closest, __global uint* near, __global uint* overlap) {
+  RETURN_ON_OVERFLOW(counters);
+  const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
+  const uint first = bucketFirst[BUCKET_FIRST_CONVEX];
+  FOR_EACH(k, bucketFirst[BUCKET_LAST_CONVEX + 1] - first) {
+    const uint i = items[first + k];
+    const Pair pair = pairs[i];
+    const Shape a = shapes[infos[pair.bodyA].shapeIndex], b = shapes[infos[pair.bodyB].shapeIndex];
+    const BodyPose poseA = poses[pair.bodyA], poseB = poses[pair.bodyB];
+    const Matrix3 ra = matrixFromQuaternion(poseA.orientation);
+    const CorePair cores =
+        corePairOf(a, b, ra, matrixFromQuaternion(poseB.orientation), poseB.position - poseA.position);
+    float threshold = fmin(a.breakingThreshold, b.breakingThreshold);
+    float4 start = cores.offset;
+    if (pair.oldManifold != NO_INDEX) {
+      threshold = oldManifolds[pair.oldManifold].breakingThreshold;
+      if (oldManifolds[pair.oldManifold].pointCount > 0) {
+        start = -mulTransposed(ra, oldManifolds[pair.oldManifold].points[0].normalWorldOnB);
+      }
+    }
+    ClosestFeatures found;
+    found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
+    const int what = closestFeatures(cores, hulls, start, a.margin + b.margin + threshold, &found);
+    if (what == CORES_NEAR) preferFace(cores, hulls, &found);
+    closest[k] = found;
+    near[k] = what != CORES_FAR;
+    overlap[k] = what == CORES_OVERLAP;
+    contacts[i].count = 0;
+  }
+}
+
+// The axes of the pairs whose cores overlap; overlapping[] lists their positions.
+KERNEL findWaysOut(__global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
+                   __global const uint* overlapping, __global const uint* bucketFirst, __global const uint* items,
+                   __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
+                   __global const BodyPose* poses, __global const float4* hullVertices,
+                   __global const HullFace* hullFaces, __global const uint* hullCorners,
+                   __global const HullEdge* hullEdges, __global ClosestFeatures* closest) {
+  RETURN_ON_OVERFLOW(counters);
+  const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
+  FOR_EACH(n, itemCount(pairCapacity, overlapCount)) {
+    const uint k = overlapping[n];
+    const Pair pair = pairs[items[bucketFirst[BUCKET_FIRST_CONVEX] + k]];
+    const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
+    const CorePair cores = corePairOf(shapes[infos[pair.bodyA].shapeIndex], shapes[infos[pair.bodyB].shapeIndex],
+                                      matrixFromQuaternion(a.orientation), matrixFromQuaternion(b.orientation),
+                                      b.position - a.position);
+    closest[k] = shortestWayOut(cores, hulls);
+  }
+}
