@@ -108,9 +108,7 @@ RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPo
   RawContacts raw{};
   if (bucket == BUCKET_SPHERE_SPHERE) sphereSphere(a, b, bFromA, raw);
   if (bucket == BUCKET_SPHERE_BOX) sphereBox(a, poseA, b, poseB, bFromA, threshold, raw);
-  if (bucket == BUCKET_SPHERE_CAPSULE || bucket == BUCKET_CAPSULE_CAPSULE) {
-    capsules(a, poseA, b, poseB, bFromA, threshold, raw);
-  }
+  if (bucket == BUCKET_CAPSULES) { capsules(a, poseA, b, poseB, bFromA, threshold, raw); }
   if (bucket == BUCKET_CAPSULE_PLANE) {
     const Plane plane = planeFromA(b, poseB, bFromA);
     raw.normal = toFloat4(plane.normal);
@@ -138,7 +136,7 @@ void collidePrimitivesReference(const std::vector<Pair>& pairs, const std::vecto
   for (size_t i = 0; i < pairs.size(); ++i) {
     const Pair& p = pairs[i];
     const bool isPrimitive = (p.bucket >= BUCKET_SPHERE_SPHERE && p.bucket <= BUCKET_SPHERE_BOX) ||
-                             (p.bucket >= BUCKET_SPHERE_CAPSULE && p.bucket <= BUCKET_CAPSULE_PLANE);
+                             (p.bucket >= BUCKET_CAPSULES && p.bucket <= BUCKET_CAPSULE_PLANE);
     if (!isPrimitive) continue;
     const Shape& a = shapes[static_cast<size_t>(infos[p.bodyA].shapeIndex)];
     const Shape& b = shapes[static_cast<size_t>(infos[p.bodyB].shapeIndex)];

@@ -54,18 +54,17 @@ STRUCT(HullEdge) {
 #define BUCKET_BOX_PLANE 3
 #define BUCKET_SPHERE_BOX 4
 #define BUCKET_BOX_BOX 5
-#define BUCKET_SPHERE_CAPSULE 6
-#define BUCKET_CAPSULE_CAPSULE 7
-#define BUCKET_CAPSULE_PLANE 8
-#define BUCKET_HULL_PLANE 9
-#define BUCKET_CAPSULE_BOX 10  // from here to BUCKET_HULL_HULL: by closest features, with faces clipped
-#define BUCKET_SPHERE_HULL 11
-#define BUCKET_CAPSULE_HULL 12
-#define BUCKET_BOX_HULL 13
-#define BUCKET_HULL_HULL 14
-#define BUCKET_NONE 15  // no contacts can arise (two planes)
-#define BUCKET_HOST 16  // the host finds the contacts
-#define BUCKET_COUNT 17
+#define BUCKET_CAPSULES 6  // a capsule and a capsule or sphere
+#define BUCKET_CAPSULE_PLANE 7
+#define BUCKET_HULL_PLANE 8
+#define BUCKET_CAPSULE_BOX 9  // from here to BUCKET_HULL_HULL: by closest features, with faces clipped
+#define BUCKET_SPHERE_HULL 10
+#define BUCKET_CAPSULE_HULL 11
+#define BUCKET_BOX_HULL 12
+#define BUCKET_HULL_HULL 13
+#define BUCKET_NONE 14  // no contacts can arise (two planes)
+#define BUCKET_HOST 15  // the host finds the contacts
+#define BUCKET_COUNT 16
 
 #define BUCKET_FIRST_CONVEX BUCKET_CAPSULE_BOX
 #define BUCKET_LAST_CONVEX BUCKET_HULL_HULL

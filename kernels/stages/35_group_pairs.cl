@@ -10,7 +10,7 @@ static uint bucketOfShapes(int typeA, int typeB) {
   if (low == SHAPE_SPHERE && high == SHAPE_SPHERE) return BUCKET_SPHERE_SPHERE;
   if (low == SHAPE_SPHERE && high == SHAPE_BOX) return BUCKET_SPHERE_BOX;
   if (low == SHAPE_SPHERE && high == SHAPE_PLANE) return BUCKET_SPHERE_PLANE;
-  if (low == SHAPE_SPHERE && high == SHAPE_CAPSULE) return BUCKET_SPHERE_CAPSULE;
+  if (low == SHAPE_SPHERE && high == SHAPE_CAPSULE) return BUCKET_CAPSULES;
   if (low == SHAPE_SPHERE && high == SHAPE_HULL) return BUCKET_SPHERE_HULL;
   if (low == SHAPE_BOX && high == SHAPE_BOX) return BUCKET_BOX_BOX;
   if (low == SHAPE_BOX && high == SHAPE_PLANE) return BUCKET_BOX_PLANE;
@@ -18,7 +18,7 @@ static uint bucketOfShapes(int typeA, int typeB) {
   if (low == SHAPE_BOX && high == SHAPE_HULL) return BUCKET_BOX_HULL;
   if (low == SHAPE_PLANE && high == SHAPE_CAPSULE) return BUCKET_CAPSULE_PLANE;
   if (low == SHAPE_PLANE && high == SHAPE_HULL) return BUCKET_HULL_PLANE;
-  if (low == SHAPE_CAPSULE && high == SHAPE_CAPSULE) return BUCKET_CAPSULE_CAPSULE;
+  if (low == SHAPE_CAPSULE && high == SHAPE_CAPSULE) return BUCKET_CAPSULES;
   if (low == SHAPE_CAPSULE && high == SHAPE_HULL) return BUCKET_CAPSULE_HULL;
   if (low == SHAPE_HULL && high == SHAPE_HULL) return BUCKET_HULL_HULL;
   return BUCKET_NONE;

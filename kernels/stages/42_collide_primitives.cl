@@ -16,8 +16,7 @@ static float4 planeInWorld(Shape plane, BodyPose pose) {
 }
 #endif
 
-#if BTGPU_BUCKET == BUCKET_SPHERE_CAPSULE || BTGPU_BUCKET == BUCKET_CAPSULE_CAPSULE || \
-    BTGPU_BUCKET == BUCKET_CAPSULE_PLANE
+#if BTGPU_BUCKET == BUCKET_CAPSULES || BTGPU_BUCKET == BUCKET_CAPSULE_PLANE
 // A capsule's axis in the world and half the length of its segment; a sphere has no length.
 static float segmentLength(Shape s) { return s.type == SHAPE_CAPSULE ? s.extents.x + s.extents.y + s.extents.z : 0.0f; }
 static float4 segmentAxis(Shape s, BodyPose pose) {
@@ -45,7 +44,7 @@ static void collide(Shape a, Shape b, BodyPose poseA, BodyPose poseB, float thre
   const int sphereIsA = a.type == SHAPE_SPHERE;
   const Matrix3 rotation = matrixFromQuaternion(sphereIsA ? poseB.orientation : poseA.orientation);
   collideSphereBox(sphereIsA, sphereIsA ? a : b, sphereIsA ? b : a, rotation, bFromA, threshold, raw);
-#elif BTGPU_BUCKET == BUCKET_SPHERE_CAPSULE || BTGPU_BUCKET == BUCKET_CAPSULE_CAPSULE
+#elif BTGPU_BUCKET == BUCKET_CAPSULES
   collideCapsules(segmentAxis(a, poseA), segmentLength(a), a.margin, segmentAxis(b, poseB), segmentLength(b), b.margin,
                   bFromA, threshold, raw);
 #elif BTGPU_BUCKET == BUCKET_CAPSULE_PLANE

@@ -127,9 +127,9 @@ TEST_F(GroupPairsTest, CapsulesAndHullsSmall) {
   };
   const struct {
     uint a, b, bucket;
-  } expected[] = {{0, 6, BUCKET_SPHERE_CAPSULE},  {2, 6, BUCKET_CAPSULE_BOX},  {4, 6, BUCKET_CAPSULE_PLANE},
-                  {6, 7, BUCKET_CAPSULE_CAPSULE}, {6, 8, BUCKET_CAPSULE_HULL}, {0, 8, BUCKET_SPHERE_HULL},
-                  {2, 8, BUCKET_BOX_HULL},        {4, 8, BUCKET_HULL_PLANE},   {8, 9, BUCKET_HULL_HULL}};
+  } expected[] = {{0, 6, BUCKET_CAPSULES}, {2, 6, BUCKET_CAPSULE_BOX},  {4, 6, BUCKET_CAPSULE_PLANE},
+                  {6, 7, BUCKET_CAPSULES}, {6, 8, BUCKET_CAPSULE_HULL}, {0, 8, BUCKET_SPHERE_HULL},
+                  {2, 8, BUCKET_BOX_HULL}, {4, 8, BUCKET_HULL_PLANE},   {8, 9, BUCKET_HULL_HULL}};
   for (const auto& e : expected) EXPECT_EQ(bucketOf(e.a, e.b), e.bucket) << e.a << ", " << e.b;
 }
 

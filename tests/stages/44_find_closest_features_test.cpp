@@ -70,7 +70,9 @@ class FindClosestFeaturesTest : public DeviceTest {
   size_t m_spare = 0, m_position = 0;
 };
 
-TEST_F(FindClosestFeaturesTest, EveryKindSmall) {
+// Not under Oclgrind: where work-groups call different functions, as here, its instruction counter
+// (InstructionCounter::workGroupComplete, 21.10) reads behind its own array. AnyStartSmall runs the same kernels.
+TEST_F(FindClosestFeaturesTest, EveryKind) {
   std::mt19937 random(1);
   expectAsReference(randomConvexPairs(random, 24));
 }
