@@ -29,6 +29,13 @@ WIDE int anyLane(LaneMask mask) {
   return (c.x | c.y) != 0;
 }
 
+WIDE int maxLane(int16 v) {
+  const int8 a = max(v.lo, v.hi);
+  const int4 b = max(a.lo, a.hi);
+  const int2 c = max(b.lo, b.hi);
+  return max(c.x, c.y);
+}
+
 // dot3, cross3, ... of vec.h
 WIDE Lanes dotWide(Lanes3 a, Lanes3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 WIDE Lanes3 crossWide(Lanes3 a, Lanes3 b) {
@@ -72,26 +79,31 @@ WIDE Lanes4 gatherWide(__global const float4* from, uint stride, const uint* ind
 #undef AT
 }
 
-// The other way round, where index[lane] is not NO_INDEX; w = 0.
-WIDE void scatterWide(__global float4* to, uint stride, const uint* index, Lanes3 v) {
+// Element from[lane].
+WIDE Lanes4 gatherHere(__global const float4* from) {
+  const uint lane[BTGPU_WIDE] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  return gatherWide(from, 1, lane);
+}
+
+// The other way round, where index[lane] is not NO_INDEX.
+WIDE void scatterWide(__global float4* to, uint stride, const uint* index, Lanes3 v, Lanes w) {
   // Rows of the transposed 4 x 4 blocks: lanes 0, 4, 8, 12, then 1, 5, 9, 13, ...
-  const Lanes zero = 0.0f;
   const Lanes xz0 = (Lanes)(v.x.s0, v.z.s0, v.x.s1, v.z.s1, v.x.s4, v.z.s4, v.x.s5, v.z.s5, v.x.s8, v.z.s8, v.x.s9,
                             v.z.s9, v.x.sC, v.z.sC, v.x.sD, v.z.sD);
   const Lanes xz2 = (Lanes)(v.x.s2, v.z.s2, v.x.s3, v.z.s3, v.x.s6, v.z.s6, v.x.s7, v.z.s7, v.x.sA, v.z.sA, v.x.sB,
                             v.z.sB, v.x.sE, v.z.sE, v.x.sF, v.z.sF);
-  const Lanes y00 = (Lanes)(v.y.s0, zero.s0, v.y.s1, zero.s1, v.y.s4, zero.s4, v.y.s5, zero.s5, v.y.s8, zero.s8, v.y.s9,
-                            zero.s9, v.y.sC, zero.sC, v.y.sD, zero.sD);
-  const Lanes y02 = (Lanes)(v.y.s2, zero.s2, v.y.s3, zero.s3, v.y.s6, zero.s6, v.y.s7, zero.s7, v.y.sA, zero.sA, v.y.sB,
-                            zero.sB, v.y.sE, zero.sE, v.y.sF, zero.sF);
-  const Lanes a = (Lanes)(xz0.s0, y00.s0, xz0.s1, y00.s1, xz0.s4, y00.s4, xz0.s5, y00.s5, xz0.s8, y00.s8, xz0.s9,
-                          y00.s9, xz0.sC, y00.sC, xz0.sD, y00.sD);
-  const Lanes b = (Lanes)(xz0.s2, y00.s2, xz0.s3, y00.s3, xz0.s6, y00.s6, xz0.s7, y00.s7, xz0.sA, y00.sA, xz0.sB,
-                          y00.sB, xz0.sE, y00.sE, xz0.sF, y00.sF);
-  const Lanes c = (Lanes)(xz2.s0, y02.s0, xz2.s1, y02.s1, xz2.s4, y02.s4, xz2.s5, y02.s5, xz2.s8, y02.s8, xz2.s9,
-                          y02.s9, xz2.sC, y02.sC, xz2.sD, y02.sD);
-  const Lanes d = (Lanes)(xz2.s2, y02.s2, xz2.s3, y02.s3, xz2.s6, y02.s6, xz2.s7, y02.s7, xz2.sA, y02.sA, xz2.sB,
-                          y02.sB, xz2.sE, y02.sE, xz2.sF, y02.sF);
+  const Lanes yw0 = (Lanes)(v.y.s0, w.s0, v.y.s1, w.s1, v.y.s4, w.s4, v.y.s5, w.s5, v.y.s8, w.s8, v.y.s9, w.s9, v.y.sC,
+                            w.sC, v.y.sD, w.sD);
+  const Lanes yw2 = (Lanes)(v.y.s2, w.s2, v.y.s3, w.s3, v.y.s6, w.s6, v.y.s7, w.s7, v.y.sA, w.sA, v.y.sB, w.sB, v.y.sE,
+                            w.sE, v.y.sF, w.sF);
+  const Lanes a = (Lanes)(xz0.s0, yw0.s0, xz0.s1, yw0.s1, xz0.s4, yw0.s4, xz0.s5, yw0.s5, xz0.s8, yw0.s8, xz0.s9,
+                          yw0.s9, xz0.sC, yw0.sC, xz0.sD, yw0.sD);
+  const Lanes b = (Lanes)(xz0.s2, yw0.s2, xz0.s3, yw0.s3, xz0.s6, yw0.s6, xz0.s7, yw0.s7, xz0.sA, yw0.sA, xz0.sB,
+                          yw0.sB, xz0.sE, yw0.sE, xz0.sF, yw0.sF);
+  const Lanes c = (Lanes)(xz2.s0, yw2.s0, xz2.s1, yw2.s1, xz2.s4, yw2.s4, xz2.s5, yw2.s5, xz2.s8, yw2.s8, xz2.s9,
+                          yw2.s9, xz2.sC, yw2.sC, xz2.sD, yw2.sD);
+  const Lanes d = (Lanes)(xz2.s2, yw2.s2, xz2.s3, yw2.s3, xz2.s6, yw2.s6, xz2.s7, yw2.s7, xz2.sA, yw2.sA, xz2.sB,
+                          yw2.sB, xz2.sE, yw2.sE, xz2.sF, yw2.sF);
 #define PUT(l, value) \
   if (index[l] != NO_INDEX) to[stride * index[l]] = value
   PUT(0, a.s0123);
@@ -127,6 +139,16 @@ WIDE Lanes3 loadWide3(__global const float* slot, int field, LaneMask live) {
 }
 WIDE void storeWide(__global float* slot, int field, Lanes value) {
   *(__global Lanes*)(slot + field * BTGPU_LANES) = value;
+}
+// In lanes that are not live the field stays as it is.
+WIDE void storeLive(__global float* slot, int field, Lanes value, LaneMask live) {
+  __global Lanes* to = (__global Lanes*)(slot + field * BTGPU_LANES);
+  *to = pick(live, value, *to);
+}
+WIDE void storeWide3(__global float* slot, int field, Lanes3 v, LaneMask live) {
+  storeLive(slot, field, v.x, live);
+  storeLive(slot, field + 1, v.y, live);
+  storeLive(slot, field + 2, v.z, live);
 }
 
 // ---- bodies

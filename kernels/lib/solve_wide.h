@@ -15,17 +15,8 @@ STRUCT(WideSlots) {
   int maxPoints;
 };
 
-WIDE int maxLane(int16 v) {
-  const int8 a = max(v.lo, v.hi);
-  const int4 b = max(a.lo, a.hi);
-  const int2 c = max(b.lo, b.hi);
-  return max(c.x, c.y);
-}
-
 WIDE void loadSlots(__global const SlotHeader* slots, WideSlots* w) {
-  uint lane[BTGPU_WIDE];
-  for (uint l = 0; l < BTGPU_WIDE; ++l) lane[l] = l;
-  const Lanes4 h = gatherWide((__global const float4*)slots, 1, lane);
+  const Lanes4 h = gatherHere((__global const float4*)slots);
   const uint16 a = as_uint16(h.x), b = as_uint16(h.y);
   w->movedA = a != NO_INDEX;
   w->movedB = b != NO_INDEX;
@@ -86,10 +77,10 @@ WIDE void solvePushWide(const WideSlots* w, __global float* rows, __global Solve
                      loadWide(p, ROW_PUSH_IMPULSE, live), (Lanes)0.0f, (Lanes)INFINITY, rhs != 0.0f);
     storeWide(p, ROW_PUSH_IMPULSE, impulse);
   }
-  scatterWide(&bodies->pushLinear, 4, w->bodyA, a.linear);
-  scatterWide(&bodies->turnAngular, 4, w->bodyA, a.angular);
-  scatterWide(&bodies->pushLinear, 4, w->bodyB, b.linear);
-  scatterWide(&bodies->turnAngular, 4, w->bodyB, b.angular);
+  scatterWide(&bodies->pushLinear, 4, w->bodyA, a.linear, (Lanes)0.0f);
+  scatterWide(&bodies->turnAngular, 4, w->bodyA, a.angular, (Lanes)0.0f);
+  scatterWide(&bodies->pushLinear, 4, w->bodyB, b.linear, (Lanes)0.0f);
+  scatterWide(&bodies->turnAngular, 4, w->bodyB, b.angular, (Lanes)0.0f);
 }
 
 // All passes but the torsional one. `slots`, `rows`, `tangent2` are those of the block's first slot; tangent2 may be
@@ -116,10 +107,10 @@ WIDE void solveWide(uint passes, int splitImpulse, __global const SlotHeader* sl
       solveFrictionWide(p, tangent2 ? tangent2 + k * TANGENT2_FIELDS * BTGPU_LANES : 0, &a, &b, live);
     }
   }
-  scatterWide(&bodies->deltaLinear, 4, w.bodyA, a.linear);
-  scatterWide(&bodies->deltaAngular, 4, w.bodyA, a.angular);
-  scatterWide(&bodies->deltaLinear, 4, w.bodyB, b.linear);
-  scatterWide(&bodies->deltaAngular, 4, w.bodyB, b.angular);
+  scatterWide(&bodies->deltaLinear, 4, w.bodyA, a.linear, (Lanes)0.0f);
+  scatterWide(&bodies->deltaAngular, 4, w.bodyA, a.angular, (Lanes)0.0f);
+  scatterWide(&bodies->deltaLinear, 4, w.bodyB, b.linear, (Lanes)0.0f);
+  scatterWide(&bodies->deltaAngular, 4, w.bodyB, b.angular, (Lanes)0.0f);
   if ((passes & PASS_NORMAL) && splitImpulse) solvePushWide(&w, rows, bodies, a, b);
 }
 

@@ -2,6 +2,9 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "../lib/kernel.h"
 #include "../lib/rows.h"
+#ifdef BTGPU_SHAPE_CPU
+#include "../lib/prepare_wide.h"
+#endif
 
 // Makes the solver's bodies ready: no velocity change yet, response to impulses with both factors applied twice,
 // as Bullet does (once in the row, once when the impulse is applied).
@@ -129,6 +132,34 @@ static void preparePoint(StepParams s, __global float* slot, __global float* slo
   storeField(slot2, ROW_TANGENT2_IMPULSE, 0.0f);
 }
 
+static void prepareSlot(uint i, StepParams s, __global const SlotHeader* slots, __global const BodyInfo* infos,
+                        __global const BodyPose* poses, __global const BodyStep* steps,
+                        __global const BodyMass* masses, __global const BodyMaterial* materials,
+                        __global Manifold* manifolds, __global float* rows, __global float* tangent2,
+                        __global float* torsion) {
+  const SlotHeader header = slots[i];
+  if (header.manifold == NO_INDEX) return;
+  __global Manifold* manifold = &manifolds[header.manifold];
+  const uint bodyA = manifold->bodyA, bodyB = manifold->bodyB;
+  const End a = makeEnd(bodyA, infos, poses, steps, masses, materials);
+  const End b = makeEnd(bodyB, infos, poses, steps, masses, materials);
+  for (uint k = 0; k < header.pointCount; ++k) {
+    ContactPoint p = manifold->points[k];
+    const float4 ra = mulMatrix(a.rotation, p.localPointA), rb = mulMatrix(b.rotation, p.localPointB);
+    const int solved = p.localPointA.w <= manifold->processingThreshold && (a.pushed || b.pushed);
+    if (solved) chooseTangents(s, a, b, ra, rb, &p);
+    manifold->points[k] = p;
+    __global float* slot2 = tangent2;
+    if (s.flags & STEP_TWO_FRICTION) {
+      slot2 += slotBase(i, SLOT_TANGENT2_FIELDS) + k * TANGENT2_FIELDS * BTGPU_LANES;
+    }
+    preparePoint(s, rows + slotBase(i, SLOT_FIELDS) + k * POINT_FIELDS * BTGPU_LANES, slot2, a, b, solved, p, ra, rb);
+    if (s.flags & STEP_TORSION) {
+      prepareTorsion(torsion + slotBase(i, SLOT_TORSION_FIELDS), k * TORSION_ROWS * TORSION_FIELDS, a, b, p);
+    }
+  }
+}
+
 // Builds the rows of every slot from its manifold, and notes the friction directions in the manifold.
 KERNEL prepareContacts(uint slotCapacity, __global const StepCounters* counters, __global const StepParams* params,
                        __global const SlotHeader* slots, __global const BodyInfo* infos,
@@ -138,27 +169,22 @@ KERNEL prepareContacts(uint slotCapacity, __global const StepCounters* counters,
                        __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
   const StepParams s = *params;
-  FOR_EACH(i, itemCount(slotCapacity, &counters->slotCount)) {
-    const SlotHeader header = slots[i];
-    if (header.manifold == NO_INDEX) continue;
-    __global Manifold* manifold = &manifolds[header.manifold];
-    const uint bodyA = manifold->bodyA, bodyB = manifold->bodyB;
-    const End a = makeEnd(bodyA, infos, poses, steps, masses, materials);
-    const End b = makeEnd(bodyB, infos, poses, steps, masses, materials);
-    for (uint k = 0; k < header.pointCount; ++k) {
-      ContactPoint p = manifold->points[k];
-      const float4 ra = mulMatrix(a.rotation, p.localPointA), rb = mulMatrix(b.rotation, p.localPointB);
-      const int solved = p.localPointA.w <= manifold->processingThreshold && (a.pushed || b.pushed);
-      if (solved) chooseTangents(s, a, b, ra, rb, &p);
-      manifold->points[k] = p;
-      __global float* slot2 = tangent2;
-      if (s.flags & STEP_TWO_FRICTION) {
-        slot2 += slotBase(i, SLOT_TANGENT2_FIELDS) + k * TANGENT2_FIELDS * BTGPU_LANES;
-      }
-      preparePoint(s, rows + slotBase(i, SLOT_FIELDS) + k * POINT_FIELDS * BTGPU_LANES, slot2, a, b, solved, p, ra, rb);
-      if (s.flags & STEP_TORSION) {
-        prepareTorsion(torsion + slotBase(i, SLOT_TORSION_FIELDS), k * TORSION_ROWS * TORSION_FIELDS, a, b, p);
-      }
+  const uint count = itemCount(slotCapacity, &counters->slotCount);
+#ifdef BTGPU_SHAPE_CPU
+  // Colours fill whole blocks of BTGPU_LANES.
+  const int wide = canPrepareWide(s.flags);
+  FOR_EACH(block, count / BTGPU_WIDE) {
+    const uint first = block * BTGPU_WIDE;
+    if (wide && prepareWide(s, slots + first, infos, poses, steps, masses, manifolds, rows + slotBase(first, SLOT_FIELDS))) {
+      continue;
+    }
+    for (uint i = first; i < first + BTGPU_WIDE; ++i) {
+      prepareSlot(i, s, slots, infos, poses, steps, masses, materials, manifolds, rows, tangent2, torsion);
     }
   }
+#else
+  FOR_EACH(i, count) {
+    prepareSlot(i, s, slots, infos, poses, steps, masses, materials, manifolds, rows, tangent2, torsion);
+  }
+#endif
 }
