@@ -30,7 +30,7 @@ run_short() {
 }
 
 # ---- the long list: name, then a function item_<name> -----------------------------------------------------------
-slices=(long_tests threads install clang tidy sanitizers)
+slices=(long_tests threads install clang tidy sanitize_engine sanitize_facade)
 long_items=("${slices[@]}" short)
 
 item_short() { run_short; }
@@ -43,13 +43,18 @@ item_clang() {
   build ci-clang
   ctest --test-dir build/ci-clang --output-on-failure --label-regex 'unit|stage' --label-exclude 'long|oclgrind' -j 2
 }
-item_sanitizers() {
+sanitize() {  # FOLDER...
   scripts/setup.sh chromium
-  build asan-ubsan
-  # Leaks of the OpenCL driver are not ours; everything else fails the test.
+  build asan-ubsan btgpu_engine "${@/#/tests_}"
+  local folders
+  folders=$(IFS='|'; echo "$*")
+  # Leaks of the OpenCL driver are not ours; everything else fails the test. Instrumented tests take longer.
   ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
-    ctest --test-dir build/asan-ubsan --output-on-failure --label-regex 'unit|stage' --label-exclude 'long|oclgrind' -j 2
+    ctest --test-dir build/asan-ubsan --output-on-failure --tests-regex "^($folders)/" --label-regex 'unit|stage' \
+    --label-exclude 'long|oclgrind' --timeout 900 -j 2
 }
+item_sanitize_engine() { sanitize lib primitives opencl regression stages capacity; }
+item_sanitize_facade() { sanitize translation compat tools; }
 item_threads() {
   build tsan btgpu_engine test_compat_worlds_on_threads test_compat_worlds_on_threads.float64
   # The driver and its threads are not instrumented: what is called from there does not count.
