@@ -508,6 +508,46 @@ TEST_F(PrepareContactsTest, Random) {
   }
 }
 
+// What the CPU shape prepares many slots at a time for: one direction along the slip, no torsional rows, and few
+// anisotropic bodies, so that there are blocks of slots with such a body and without.
+ContactScene usualContacts(std::mt19937& random, uint bodies, uint manifolds) {
+  ContactScene scene = randomContacts(random, {bodies, manifolds});
+  scene.torsionRows = false;
+  for (uint i = 0; i < bodies; ++i) {
+    if (i % 60 != 7) scene.builder.info(i).flags &= ~BODY_ANISOTROPIC;
+  }
+  return scene;
+}
+
+// Every second body at rest: contacts between two of them have no slip to follow.
+void layToRest(ContactScene& scene, uint bodies) {
+  for (uint i = 0; i < bodies; i += 2) {
+    scene.builder.velocity(i) = {};
+    scene.builder.forces(i) = {};
+  }
+}
+
+TEST_F(PrepareContactsTest, UsualSmall) {
+  std::mt19937 random(3);
+  ContactScene scene = usualContacts(random, 16, 24);
+  layToRest(scene, 16);
+  expectAsReference(scene);
+}
+
+TEST_F(PrepareContactsTest, Usual) {
+  std::mt19937 random(4);
+  for (const bool warmStarting : {true, false}) {
+    ContactScene scene = usualContacts(random, 300, 500);
+    if (!warmStarting) layToRest(scene, 300);
+    scene.settings.warmStarting = warmStarting;
+    expectAsReference(scene);
+    scene.settings = otherSettings();
+    scene.settings.twoFrictionDirections = false;
+    scene.settings.warmStarting = warmStarting;
+    expectAsReference(scene);
+  }
+}
+
 // ---- Bullet
 
 // The rows that Bullet's own solver makes of the same bodies and manifolds, put where the device has them.

@@ -119,7 +119,8 @@ class Bullet3World : public BenchWorld {
     b3SetCustomPrintfFunc([](const char*) {});
     b3SetCustomWarningMessageFunc([](const char*) {});
     b3SetCustomErrorMessageFunc([](const char*) {});
-    b3OpenCLUtils::setCachePath(cacheFolder().c_str());
+    static const std::string folder = cacheFolder();  // Bullet3 keeps the pointer
+    b3OpenCLUtils::setCachePath(folder.c_str());
     b3OpenCLUtils::getNumPlatforms(nullptr);  // makes it load OpenCL
     cl_int error = CL_SUCCESS;
     m_context = clCreateContext(nullptr, 1, &id, nullptr, nullptr, &error);
