@@ -22,12 +22,16 @@ TEST(BenchBullet3, Bullet3RunsBesideTheOthers) {
   }
 }
 
-// A plane becomes a large box whose top lies where the plane is, turned as the plane is.
-TEST(BenchBullet3, Bullet3StandsOnPlanes) {
-  const RunOptions patient{{}, 280};
+// A plane becomes a large box whose top lies where the plane is. What Bullet3 saves of its programs goes to btgpu's own
+// folder: left to itself it makes one in the current folder.
+TEST(BenchBullet3, StandsOnPlanesAndSavesWhereItShould) {
+  const TemporaryFolder caches;
+  const RunOptions patient{{"BTGPU_CACHE_DIR=" + caches.path().string()}, 280};
   const json result =
       resultOf({"--scene", "domino", "--size", "1,1,3", "--steps", "4", "--worlds", "bullet3"}, patient);
   EXPECT_EQ(result.at("rows")[0].at("manifolds"), 3);
+  ASSERT_TRUE(std::filesystem::exists(caches.path() / "bullet3"));
+  EXPECT_FALSE(std::filesystem::is_empty(caches.path() / "bullet3"));
 }
 
 }  // namespace
