@@ -108,22 +108,31 @@ TEST(DerivedPairCache, SortedCacheIsBulletsOwn) {
   expectAllOnDevice(world);
 }
 
-// Contacts of a detection that the application asked for itself do not stay in the dispatcher once the world
-// steps.
-TEST(OwnDetection, LeavesNoStaleManifolds) {
-  GpuWorld w;
+// Contacts of a detection that the application asked for itself do not stay in the dispatcher as they are once the
+// world steps: they are brought up to date, or go if the application wants none.
+class OwnDetection : public testing::TestWithParam<bool> {};
+
+TEST_P(OwnDetection, LeavesNoStaleManifolds) {
+  btGpuSettings settings;
+  settings.m_contacts = GetParam();
+  GpuWorld w(settings);
   w.objects.add(0, w.objects.box(btVector3(5, 1, 5)), btVector3(0, -1, 0));
   btRigidBody* ball = w.objects.add(1, w.objects.sphere(btScalar(0.5)), btVector3(0, btScalar(0.49), 0));
   for (int i = 0; i < 2; ++i) {
     w.world.performDiscreteCollisionDetection();
     EXPECT_EQ(w.dispatcher.getNumManifolds(), 1);
     w.run(1);
-    EXPECT_EQ(w.dispatcher.getNumManifolds(), 0);
+    ASSERT_EQ(w.dispatcher.getNumManifolds(), settings.m_contacts ? 1 : 0);
+    if (!settings.m_contacts) continue;
+    const btPersistentManifold& m = *w.dispatcher.getManifoldByIndexInternal(0);
+    ASSERT_EQ(m.getNumContacts(), 1);
+    EXPECT_GT(m.getContactPoint(0).m_appliedImpulse, 0) << "of the step, not of the detection before it";
   }
   w.run(60);
   EXPECT_NEAR(double(ball->getWorldTransform().getOrigin().y()), 0.5, 0.02);
   expectAllOnDevice(w.world);
 }
+INSTANTIATE_TEST_SUITE_P(Contacts, OwnDetection, testing::Bool());
 
 }  // namespace
 }  // namespace btgpu::test

@@ -141,7 +141,7 @@ TEST(Queries, AfterEachStep) {
   std::set<std::set<int>> different;
   for (const Answer& answer : stock.answers) different.insert(answer.objects);
   EXPECT_GT(different.size(), 8u) << "the questions should have several answers";
-  expectAllOnDevice(gpu.w.world);
+  expectAllOnDevice(gpu.w.world, {"actions"});
 }
 
 TEST(Queries, InsideCallbacks) {
@@ -152,7 +152,7 @@ TEST(Queries, InsideCallbacks) {
   stock.w.run(90);
   EXPECT_EQ(stock.answers.size(), 90u * 2 * 10);
   expectSameAnswers(gpu.answers, stock.answers, kCastTolerance);
-  expectAllOnDevice(gpu.w.world);
+  expectAllOnDevice(gpu.w.world, {"actions"});
 }
 
 // A body that the application moved is found where it is once a step has been made.
@@ -204,7 +204,7 @@ TEST(Queries, TurnedOff) {
   for (size_t i = 0; i < 7; ++i) {
     expectSame(stateOf(*gpu.w.objects.bodies()[i]), stateOf(*with.w.objects.bodies()[i]), "body " + std::to_string(i));
   }
-  expectAllOnDevice(gpu.w.world);
+  expectAllOnDevice(gpu.w.world, {"actions"});
   // Turned on again, they are right after the next step.
   btGpuDynamicsWorld::configure(&gpu.w.world, btGpuSettings());
   gpu.w.run(1);

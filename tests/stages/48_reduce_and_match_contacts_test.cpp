@@ -72,9 +72,11 @@ TEST_F(MatchContactsTest, MatchedPointsKeepAgeAndImpulsesSmall) {
   EXPECT_EQ(m.points[0].localPointB.w, 1);
   EXPECT_EQ(m.points[0].normalWorldOnB.w, 0.25f);
   EXPECT_EQ(m.points[0].lateralFrictionDir1.w, -0.125f);
-  EXPECT_EQ(m.points[0].flags, 0);
+  EXPECT_EQ(m.points[0].flags, 1 << POINT_ORIGIN_SHIFT) << "the first one of the last step, its flags made anew";
   EXPECT_EQ(m.points[1].lifeTime, 2);
   EXPECT_EQ(m.points[1].localPointB.w, 2);
+  EXPECT_EQ(m.points[1].flags, 2 << POINT_ORIGIN_SHIFT) << "the second one";
+  EXPECT_EQ(m.points[2].flags, 0) << "a new one";
   EXPECT_EQ(m.points[2].lifeTime, 1);
   EXPECT_EQ(m.points[2].localPointB.w, 0);
 }
