@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Zlib
 # SPDX-FileCopyrightText: 2026 The btgpu authors
 # Measures a build on the machine at hand; what it prints is kept in benchmarks/results.
-#   benchmarks/measure.sh [--tests] [BUILD_DIR]     (default build/ci)
-# --tests runs the device's tests first: for machines that CI does not have. The device is chosen as ever
+#   benchmarks/measure.sh [--tests] [--large] [BUILD_DIR]     (default build/ci)
+# --tests runs the device's tests first: for machines that CI does not have. --large adds sizes that only a GPU steps in
+# reasonable time. The device is chosen as ever
 # (BTGPU_DEVICE, BTGPU_KERNEL_SHAPE).
 set -uo pipefail
 cd "$(dirname "$0")/.."
 
-tests=no
+tests=no large=no
 if [ "${1:-}" = --tests ]; then tests=yes; shift; fi
+if [ "${1:-}" = --large ]; then large=yes; shift; fi
 build=${1:-build/ci}
 tool=$build/bin/btgpu
 [ -x "$tool" ] || { echo "measure: no $tool: build first, or name the build folder" >&2; exit 2; }
@@ -43,6 +45,11 @@ for size in 8,8,8 16,16,16 24,24,24 32,32,32; do
 done
 echo "== the same without contacts and host queries"
 "$tool" bench --scene stack --size 16,16,16 --steps 120 --worlds gpu,cpu --contacts off --host-queries off || echo "exit $?"
+if [ $large = yes ]; then
+  for size in 32,32,32 48,48,48; do
+    "$tool" bench --scene stack --size $size --steps 200 --worlds gpu,bullet3 --contacts off --host-queries off || echo "exit $?"
+  done
+fi
 
 for arguments in "stack --size 8,8,8 --steps 300" "stack --size 16,16,16 --steps 300" "stack --size 32,32,32 --steps 60"; do
   echo "== btgpu compare $arguments --hash --profile"
