@@ -272,8 +272,9 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   if (hostPairsDone) updateHostBroadphase(timeStep);
   Stopwatch watch;
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
-  if (missing.empty()) hostPairsDone = findHostContacts(timeStep, hostPairsDone, missing);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
+  // Not before it is known that the step runs on the device: callbacks of the narrowphase would be called twice.
+  if (missing.empty()) hostPairsDone = findHostContacts(timeStep, hostPairsDone, missing);
   if (missing.empty()) state->joints.read(*this, timeStep, state->reader, missing);
   if (!missing.empty()) {
     state->fallbacks.addStep(missing);

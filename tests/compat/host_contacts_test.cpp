@@ -329,6 +329,28 @@ TEST_F(HostCallbacks, CombineCallbackForAll) {
   EXPECT_GT(slidSecond, 1.8);
 }
 
+// A step that stock does anyway asks the application once, not once more for the device.
+TEST_F(HostCallbacks, NotTwiceOnTheStockPath) {
+  gContactProcessedCallback = countProcessed;
+  int calls[2];
+  for (const bool gpuWorld : {true, false}) {
+    g_calls = 0;
+    if (gpuWorld) {
+      Sliders<btGpuDynamicsWorld> gpu;
+      btGpuSettings nowhere;
+      nowhere.m_device = "no such device";
+      btGpuDynamicsWorld::configure(&gpu.world, nowhere);
+      gpu.run(10);
+      EXPECT_EQ(gpu.world.statistics().m_stockSteps, 10u);
+    } else {
+      Sliders<btDiscreteDynamicsWorld>().run(10);
+    }
+    calls[gpuWorld] = g_calls;
+  }
+  EXPECT_GT(calls[false], 10);
+  EXPECT_EQ(calls[true], calls[false]);
+}
+
 // A callback that comes and goes: the bodies change hands, and the manifolds with them.
 TEST_F(HostCallbacks, ComeAndGo) {
   WorldOf<btGpuDynamicsWorld> gpu;
