@@ -38,10 +38,13 @@ item_long_tests() {
   build ci
   ctest --test-dir build/ci --output-on-failure --label-regex long
 }
+# Everything of the libraries and the tool, and the tests that are about code rather than behaviour.
 item_clang() {
-  scripts/setup.sh clang chromium
-  build ci-clang
-  ctest --test-dir build/ci-clang --output-on-failure --label-regex 'unit|stage' --label-exclude 'long|oclgrind' -j 2
+  local folders=(lib primitives opencl regression stages translation)
+  scripts/setup.sh clang
+  build ci-clang btgpu btgpu-float64 btgpu_engine btgpu_tool "${folders[@]/#/tests_}"
+  ctest --test-dir build/ci-clang --output-on-failure --tests-regex "^($(IFS='|'; echo "${folders[*]}"))/" \
+    --label-exclude 'long|oclgrind' -j 2
 }
 sanitize() {  # FOLDER...
   scripts/setup.sh chromium
