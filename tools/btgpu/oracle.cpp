@@ -6,9 +6,6 @@
 
 #include "translation/contacts.h"
 
-// Bullet's margin of broadphase leaves; exported, but in no header.
-extern btScalar gDbvtMargin;
-
 namespace btgpu::tool {
 namespace {
 
