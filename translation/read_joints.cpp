@@ -5,13 +5,12 @@
 #include <BulletDynamics/ConstraintSolver/btHinge2Constraint.h>
 #include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
 
-#include <algorithm>
 #include <cfloat>
 #include <cstring>
-#include <typeinfo>
 
 #include "../kernels/lib/motion.h"
 #include "convert.h"
+#include "exact_type.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -19,16 +18,10 @@ namespace {
 // Bullet's own classes. One of the application's own might also override solveConstraintObsolete, which the solver
 // calls in every iteration.
 bool isBulletsOwn(const btTypedConstraint& constraint) {
-  const std::type_info* known[] = {
-      &typeid(btPoint2PointConstraint), &typeid(btHingeConstraint),
-      &typeid(btSliderConstraint),      &typeid(btConeTwistConstraint),
-      &typeid(btGeneric6DofConstraint), &typeid(btGeneric6DofSpringConstraint),
-      &typeid(btUniversalConstraint),   &typeid(btGeneric6DofSpring2Constraint),
-      &typeid(btHinge2Constraint),      &typeid(btFixedConstraint),
-      &typeid(btGearConstraint),        &typeid(btHingeAccumulatedAngleConstraint),
-  };
-  const std::type_info& own = typeid(constraint);
-  return std::any_of(std::begin(known), std::end(known), [&own](const std::type_info* t) { return *t == own; });
+  return isExactly<btPoint2PointConstraint, btHingeConstraint, btSliderConstraint, btConeTwistConstraint,
+                   btGeneric6DofConstraint, btGeneric6DofSpringConstraint, btUniversalConstraint,
+                   btGeneric6DofSpring2Constraint, btHinge2Constraint, btFixedConstraint, btGearConstraint,
+                   btHingeAccumulatedAngleConstraint>(constraint);
 }
 
 // Limits may be as large as a double: the device's largest float is without a limit too.

@@ -7,15 +7,12 @@
 #include <cstring>
 #include <functional>
 #include <string>
-#include <typeinfo>
 
 #include "convert.h"
+#include "exact_type.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
-
-constexpr const char* kNotYet = "not on the device yet";
-constexpr const char* kNotFinite = "its size is not finite";
 
 bool isFiniteShape(const Shape& s) {
   return std::isfinite(s.extents.x) && std::isfinite(s.extents.y) && std::isfinite(s.extents.z) &&
@@ -38,10 +35,6 @@ void setPlace(const Shape& place, Shape& shape) {
   shape.firstEdge = place.firstEdge;
 }
 
-bool isCapsule(const std::type_info& type) {
-  return type == typeid(btCapsuleShape) || type == typeid(btCapsuleShapeX) || type == typeid(btCapsuleShapeZ);
-}
-
 // Bullet's local AABB of a hull, which it keeps: not always that of its points.
 void readHullBounds(const btConvexHullShape& hull, Shape& out) {
   btVector3 lower, upper;
@@ -53,27 +46,26 @@ void readHullBounds(const btConvexHullShape& hull, Shape& out) {
 }  // namespace
 
 // A class derived from Bullet's counts as another shape, since it may override anything.
-const char* ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
-  const std::type_info& type = typeid(shape);
+bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
   out = Shape{};
   out.margin = static_cast<float>(shape.getMargin());
-  if (type == typeid(btConvexHullShape)) {
+  if (isExactly<btConvexHullShape>(shape)) {
     return convertHull(static_cast<const btConvexHullShape&>(shape), index, hulls, out);
   }
   dropHull(index);
-  if (type == typeid(btSphereShape)) {
+  if (isExactly<btSphereShape>(shape)) {
     const auto& sphere = static_cast<const btSphereShape&>(shape);
     out.type = SHAPE_SPHERE;
     out.extents.x = static_cast<float>(sphere.getRadius());
-  } else if (type == typeid(btBoxShape)) {
+  } else if (isExactly<btBoxShape>(shape)) {
     const auto& box = static_cast<const btBoxShape&>(shape);
     out.type = SHAPE_BOX;
     out.extents = toFloat4(box.getHalfExtentsWithMargin());
-  } else if (type == typeid(btStaticPlaneShape)) {
+  } else if (isExactly<btStaticPlaneShape>(shape)) {
     const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
     out.type = SHAPE_PLANE;
     out.extents = toFloat4(plane.getPlaneNormal(), static_cast<float>(plane.getPlaneConstant()));
-  } else if (isCapsule(type)) {
+  } else if (isExactly<btCapsuleShape, btCapsuleShapeX, btCapsuleShapeZ>(shape)) {
     const auto& capsule = static_cast<const btCapsuleShape&>(shape);
     btVector3 half(0, 0, 0);
     half[capsule.getUpAxis()] = capsule.getHalfHeight();
@@ -81,25 +73,24 @@ const char* ShapeReader::convert(const btCollisionShape& shape, std::uint32_t in
     out.extents = toFloat4(half);
     out.margin = static_cast<float>(capsule.getRadius());
   } else {
-    return kNotYet;
+    return false;
   }
-  return nullptr;
+  return true;
 }
 
-const char* ShapeReader::convertHull(const btConvexHullShape& shape, std::uint32_t index, HullArrays& hulls,
-                                     Shape& out) {
+bool ShapeReader::convertHull(const btConvexHullShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
   const int count = shape.getNumPoints();
-  const char* reason = nullptr;
-  // With them stock leaves the margins of two such shapes out.
-  if (shape.getConvexPolyhedron()) reason = "has polyhedral features (initializePolyhedralFeatures)";
-  if (count == 0) reason = "it has no points";
-  for (int i = 0; i < count && !reason; ++i) {
-    const float4 p = toFloat4(shape.getScaledPoint(i));
-    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) reason = kNotFinite;
-  }
-  if (reason) {
+  // With polyhedral features stock leaves the margins of two such shapes out.
+  if (count == 0 || shape.getConvexPolyhedron()) {
     dropHull(index);
-    return reason;
+    return false;
+  }
+  for (int i = 0; i < count; ++i) {
+    const float4 p = toFloat4(shape.getScaledPoint(i));
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
+    dropHull(index);
+    out.extents.x = INFINITY;  // what isFiniteShape looks for
+    return true;
   }
   const btVector3* points = shape.getUnscaledPoints();
   const auto it = m_hulls.find(index);
@@ -122,7 +113,7 @@ const char* ShapeReader::convertHull(const btConvexHullShape& shape, std::uint32
   out.type = SHAPE_HULL;
   out.margin = margin;
   readHullBounds(shape, out);
-  return nullptr;
+  return true;
 }
 
 void ShapeReader::dropHull(std::uint32_t index) {
@@ -153,20 +144,19 @@ int ShapeReader::read(const btCollisionShape* shape, WorldInput& input, Fallback
   if (entry.stamp != m_stamp) {
     entry.stamp = m_stamp;
     ++m_used;
-    const std::string name = std::string(shape->getName()) + " shape";
+    const auto name = [shape] { return std::string(shape->getName()) + " shape"; };
     Shape read;
-    const char* reason = convert(*shape, entry.index, input.hulls, read);
-    if (reason && reason != kNotFinite) {
-      read = Shape{};
-      read.type = SHAPE_HOST;
-      shares.addShare(name, "contacts by Bullet's own algorithm on the CPU");
-    } else if (!reason) {
+    if (convert(*shape, entry.index, input.hulls, read)) {
       read.breakingThreshold =
           static_cast<float>(m_relative ? shape->getContactBreakingThreshold(m_threshold) : m_threshold);
+    } else {
+      read = Shape{};
+      read.type = SHAPE_HOST;
+      shares.addShare(name(), "contacts by Bullet's own algorithm on the CPU");
     }
-    entry.supported = reason != kNotFinite && isFiniteShape(read);
+    entry.supported = isFiniteShape(read);
     if (!entry.supported) {
-      missing.add(name, kNotFinite);
+      missing.add(name(), "its size is not finite");
     } else if (std::memcmp(&shapes.values[entry.index], &read, sizeof read) != 0) {
       shapes.values[entry.index] = read;
       if (!isNew) shapes.changed.push_back(entry.index);

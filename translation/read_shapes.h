@@ -41,9 +41,9 @@ class ShapeReader {
     Shape place;  // the index fields of Shape
   };
 
-  // Null, or a reason why the device can't have the shape.
-  const char* convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
-  const char* convertHull(const btConvexHullShape& hull, std::uint32_t index, HullArrays& hulls, Shape& out);
+  // False if the device has no such shape; one that is not finite comes out as such.
+  bool convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
+  bool convertHull(const btConvexHullShape& hull, std::uint32_t index, HullArrays& hulls, Shape& out);
   void dropHull(std::uint32_t index);
 
   std::unordered_map<const btCollisionShape*, Entry> m_entries;

@@ -86,8 +86,7 @@ void WorldReader::readShapes(btDiscreteDynamicsWorld& world, FallbackList& missi
   });
   for (const FallbackList& list : missed) missing.addAll(list);
   for (std::size_t k = 0; k < count; ++k) {
-    if (m_orderShapes[k])
-      m_orderShapeIndices[k] = m_shapes.read(m_orderShapes[k], m_input, missing, m_hostShares);
+    if (m_orderShapes[k]) m_orderShapeIndices[k] = m_shapes.read(m_orderShapes[k], m_input, missing, m_hostShares);
   }
 }
 

@@ -4,9 +4,7 @@
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 
-#include <algorithm>
-#include <typeinfo>
-
+#include "exact_type.h"
 #include "parallel.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -23,14 +21,9 @@ void forEach(const BodyArray& bodies, const Work& work) {
 
 // Shapes whose getAabb only reads. A shape of the application's own may do anything.
 bool isBulletsOwn(const btCollisionShape& shape) {
-  static const std::type_info* const kKnown[] = {
-      &typeid(btBoxShape),         &typeid(btSphereShape),          &typeid(btStaticPlaneShape),
-      &typeid(btCapsuleShape),     &typeid(btCapsuleShapeX),        &typeid(btCapsuleShapeZ),
-      &typeid(btConvexHullShape),  &typeid(btCompoundShape),        &typeid(btCylinderShape),
-      &typeid(btCylinderShapeX),   &typeid(btCylinderShapeZ),       &typeid(btConeShape),
-      &typeid(btMultiSphereShape), &typeid(btBvhTriangleMeshShape), &typeid(btHeightfieldTerrainShape)};
-  const std::type_info& type = typeid(shape);
-  return std::any_of(std::begin(kKnown), std::end(kKnown), [&](const std::type_info* t) { return *t == type; });
+  return isExactly<btBoxShape, btSphereShape, btStaticPlaneShape, btCapsuleShape, btCapsuleShapeX, btCapsuleShapeZ,
+                   btConvexHullShape, btCompoundShape, btCylinderShape, btCylinderShapeX, btCylinderShapeZ, btConeShape,
+                   btMultiSphereShape, btBvhTriangleMeshShape, btHeightfieldTerrainShape>(shape);
 }
 
 }  // namespace
