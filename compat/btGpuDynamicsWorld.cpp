@@ -76,7 +76,8 @@ void releaseStockManifolds(btCollisionWorld& world, const WorldState& state) {
   btOverlappingPairCache& cache = *world.getPairCache();
   btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
   for (int i = 0; i < pairs.size(); ++i) {
-    if (!btgpu::collidesOnHost(state.reader, pairs[i])) cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
+    if (!btgpu::collidesOnHost(state.reader, btgpu::slotsOf(state.reader, pairs[i])))
+      cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
   }
 }
 
@@ -159,28 +160,29 @@ const void* entryOf(const void* table, Member member) {
   return entry;
 }
 
+// True if the world's class has made the member function its own.
+template <typename Member>
+bool overrides(const btGpuDynamicsWorld* world, Member member) {
+  const void *own = btgpu::findState(world)->ownTable, *actual = tableOf(world);
+  return own != actual && entryOf(own, member) != entryOf(actual, member);
+}
+
 }  // namespace
 
 // Stages of stock's step that a class derived from this one has made its own; the device would pass them by.
 const char* btGpuDynamicsWorld::overriddenStage() const {
-  const void* own = btgpu::findState(this)->ownTable;
-  const void* actual = tableOf(this);
-  if (actual == own) return nullptr;
-  const auto differs = [&](auto member) { return entryOf(own, member) != entryOf(actual, member); };
-  if (differs(&btGpuDynamicsWorld::predictUnconstraintMotion)) return "predictUnconstraintMotion";
-  if (differs(&btGpuDynamicsWorld::createPredictiveContacts)) return "createPredictiveContacts";
-  if (differs(&btGpuDynamicsWorld::performDiscreteCollisionDetection)) return "performDiscreteCollisionDetection";
-  if (differs(&btGpuDynamicsWorld::calculateSimulationIslands)) return "calculateSimulationIslands";
-  if (differs(&btGpuDynamicsWorld::solveConstraints)) return "solveConstraints";
-  if (differs(&btGpuDynamicsWorld::integrateTransforms)) return "integrateTransforms";
-  if (differs(&btGpuDynamicsWorld::updateActivationState)) return "updateActivationState";
+  if (overrides(this, &btGpuDynamicsWorld::predictUnconstraintMotion)) return "predictUnconstraintMotion";
+  if (overrides(this, &btGpuDynamicsWorld::createPredictiveContacts)) return "createPredictiveContacts";
+  if (overrides(this, &btGpuDynamicsWorld::performDiscreteCollisionDetection))
+    return "performDiscreteCollisionDetection";
+  if (overrides(this, &btGpuDynamicsWorld::calculateSimulationIslands)) return "calculateSimulationIslands";
+  if (overrides(this, &btGpuDynamicsWorld::solveConstraints)) return "solveConstraints";
+  if (overrides(this, &btGpuDynamicsWorld::integrateTransforms)) return "integrateTransforms";
+  if (overrides(this, &btGpuDynamicsWorld::updateActivationState)) return "updateActivationState";
   return nullptr;
 }
 
-bool btGpuDynamicsWorld::overridesUpdateAabbs() const {
-  const void* own = btgpu::findState(this)->ownTable;
-  return entryOf(own, &btGpuDynamicsWorld::updateAabbs) != entryOf(tableOf(this), &btGpuDynamicsWorld::updateAabbs);
-}
+bool btGpuDynamicsWorld::overridesUpdateAabbs() const { return overrides(this, &btGpuDynamicsWorld::updateAabbs); }
 
 void btGpuDynamicsWorld::applyGravity() { btgpu::applyGravityTo(m_nonStaticRigidBodies); }
 void btGpuDynamicsWorld::clearForces() { btgpu::clearForcesOf(m_nonStaticRigidBodies); }
@@ -293,7 +295,10 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     releasePredictiveContacts();
     state->contacts.forget();
   }
-  if (!contacts) releaseStockManifolds(*this, *state);
+  if (!contacts) {
+    releaseStockManifolds(*this, *state);
+    state->contacts.forget();
+  }
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
@@ -367,8 +372,9 @@ void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
   computeOverlappingPairs();
 }
 
-// Stock takes the island tag of a joint's body for an index, also of one that left the world, and then it is the tag that
-// its last step in the world gave it. A body that only ever stepped on the device has none: the first island's will do.
+// Stock takes the island tag of a joint's body for an index, also of one that left the world, and then it is the tag
+// that its last step in the world gave it. A body that only ever stepped on the device has none: the first island's
+// will do.
 void btGpuDynamicsWorld::giveIslandTags() {
   for (int i = 0; i < m_constraints.size(); ++i) {
     for (btRigidBody* body : {&m_constraints[i]->getRigidBodyA(), &m_constraints[i]->getRigidBodyB()}) {

@@ -219,6 +219,19 @@ TEST(Manifolds, TurnedOnWhileAllSleep) {
   expectWeightCarried(walk(gpu.dispatcher), 0.02);
 }
 
+TEST(Manifolds, TurnedOffAndOnWhileAllSleep) {
+  btGpuSettings off;
+  off.m_contacts = false;
+  GpuTowers gpu;
+  gpu.run(400);
+  ASSERT_FALSE(gpu.objects.bodies()[1]->isActive());
+  for (const btGpuSettings& settings : {off, btGpuSettings()}) {
+    btGpuDynamicsWorld::configure(&gpu.world, settings);
+    gpu.run(1);
+  }
+  expectWeightCarried(walk(gpu.dispatcher), 0.02);
+}
+
 TEST(Manifolds, TheApplicationsOwnCollisionDetectionDoesNoHarm) {
   GpuTowers gpu, calm;
   for (int i = 0; i < 20; ++i) {
