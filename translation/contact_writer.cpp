@@ -53,15 +53,6 @@ void carryUserData(const Manifold& from, btPersistentManifold& manifold) {
   for (int k = 0; k < from.pointCount; ++k) manifold.getContactPoint(k).m_userPersistentData = after[k];
 }
 
-void fill(const Manifold& from, btPersistentManifold& manifold) {
-  manifold.setNumContacts(from.pointCount);
-  const btTransform& a = manifold.getBody0()->getWorldTransform();
-  const btTransform& b = manifold.getBody1()->getWorldTransform();
-  for (int k = 0; k < from.pointCount; ++k) writeContactPoint(from.points[k], a, b, manifold.getContactPoint(k));
-  manifold.setContactBreakingThreshold(btScalar(from.breakingThreshold));
-  manifold.setContactProcessingThreshold(btScalar(from.processingThreshold));
-}
-
 }  // namespace
 
 void ContactWriter::write(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results,
@@ -85,10 +76,9 @@ void ContactWriter::takeOver(btDiscreteDynamicsWorld& world, const WorldReader& 
   btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
   for (int i = 0; i < pairs.size(); ++i) {
     btBroadphasePair& pair = pairs[i];
-    if (!pair.m_algorithm || collidesOnHost(reader, pair)) continue;
-    const std::uint32_t a = reader.findSlot(static_cast<btCollisionObject*>(pair.m_pProxy0->m_clientObject));
-    const std::uint32_t b = reader.findSlot(static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject));
-    if (a == kNoSlot || b == kNoSlot) continue;
+    if (!pair.m_algorithm) continue;
+    const auto [a, b] = slotsOf(reader, pair);
+    if (a == kNoSlot || b == kNoSlot || collidesOnHost(reader, {a, b})) continue;
     if (auto* ours = DeviceContactAlgorithm::of(pair, *world.getDispatcher(), m_registry)) {
       m_entries.push_back({pairKeyOf(a, b), ours->handle(), kGone});
     }
@@ -142,7 +132,7 @@ bool isSpecial(btPersistentManifold& manifold, bool touching) {
 
 void fillFrom(const Manifold& from, const WorldReader& reader, btPersistentManifold& manifold) {
   manifold.setBodies(reader.slots()[from.bodyA].object, reader.slots()[from.bodyB].object);
-  fill(from, manifold);
+  fillManifold(from, manifold);
 }
 
 }  // namespace

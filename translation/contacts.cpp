@@ -87,14 +87,18 @@ std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader&
   return manifolds;
 }
 
-void writeManifold(const Manifold& from, btPersistentManifold& manifold) {
-  while (manifold.getNumContacts() > from.pointCount) manifold.removeContactPoint(manifold.getNumContacts() - 1);
+void fillManifold(const Manifold& from, btPersistentManifold& manifold) {
+  manifold.setNumContacts(from.pointCount);
   const btTransform& a = manifold.getBody0()->getWorldTransform();
   const btTransform& b = manifold.getBody1()->getWorldTransform();
-  while (manifold.getNumContacts() < from.pointCount) manifold.addManifoldPoint(btManifoldPoint(), true);
   for (int k = 0; k < from.pointCount; ++k) writeContactPoint(from.points[k], a, b, manifold.getContactPoint(k));
   manifold.setContactBreakingThreshold(btScalar(from.breakingThreshold));
   manifold.setContactProcessingThreshold(btScalar(from.processingThreshold));
+}
+
+void writeManifold(const Manifold& from, btPersistentManifold& manifold) {
+  while (manifold.getNumContacts() > from.pointCount) manifold.removeContactPoint(manifold.getNumContacts() - 1);
+  fillManifold(from, manifold);
 }
 
 btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject& a, btCollisionObject& b) {

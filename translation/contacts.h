@@ -18,7 +18,10 @@ Manifold readManifold(const btPersistentManifold& from, std::uint32_t bodyA, std
 // WorldInput wants.
 std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader);
 
-// Makes `manifold` hold exactly these points; user data of points that stay at the same index is kept.
+// Makes `manifold` hold exactly these points; user data stays at its index. Nobody is told of points that are gone.
+void fillManifold(const Manifold& from, btPersistentManifold& manifold);
+
+// The same, and gContactDestroyedCallback is told of the points beyond.
 void writeManifold(const Manifold& from, btPersistentManifold& manifold);
 
 // Puts the device's manifolds into the dispatcher, each into the algorithm of its pair, which is created if need be.

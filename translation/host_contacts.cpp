@@ -44,12 +44,13 @@ bool hasUnknownFlags(const btPersistentManifold& manifold) {
 
 }  // namespace
 
-bool collidesOnHost(const WorldReader& reader, const btBroadphasePair& pair) {
-  for (const btBroadphaseProxy* proxy : {pair.m_pProxy0, pair.m_pProxy1}) {
-    const std::uint32_t slot = reader.slotOf(objectOf(proxy));
-    if (slot != kNoSlot && reader.slots()[slot].onHost) return true;
-  }
-  return false;
+PairSlots slotsOf(const WorldReader& reader, const btBroadphasePair& pair) {
+  return {reader.slotOf(objectOf(pair.m_pProxy0)), reader.slotOf(objectOf(pair.m_pProxy1))};
+}
+
+bool collidesOnHost(const WorldReader& reader, PairSlots slots) {
+  const auto isHosts = [&reader](std::uint32_t slot) { return slot != kNoSlot && reader.slots()[slot].onHost; };
+  return isHosts(slots.a) || isHosts(slots.b);
 }
 
 void HostContacts::find(btDiscreteDynamicsWorld& world, const WorldReader& reader) {
@@ -60,8 +61,8 @@ void HostContacts::find(btDiscreteDynamicsWorld& world, const WorldReader& reade
   btManifoldArray manifolds;
   for (int i = 0; i < pairs.size(); ++i) {
     btBroadphasePair& pair = pairs[i];
-    if (!collidesOnHost(reader, pair)) continue;
-    const std::uint32_t a = reader.slotOf(objectOf(pair.m_pProxy0)), b = reader.slotOf(objectOf(pair.m_pProxy1));
+    const auto [a, b] = slotsOf(reader, pair);
+    if (!collidesOnHost(reader, {a, b})) continue;
     if (a == kNoSlot || b == kNoSlot || reader.slots()[a].quarantined || reader.slots()[b].quarantined) continue;
     dispatcher.getNearCallback()(pair, dispatcher, world.getDispatchInfo());
     if (!pair.m_algorithm) continue;

@@ -35,7 +35,13 @@ class HostContacts {
   std::size_t m_manifoldCount = 0;
 };
 
+// The slots of a pair's objects; kNoSlot for one that the reader does not know.
+struct PairSlots {
+  std::uint32_t a, b;
+};
+PairSlots slotsOf(const WorldReader& reader, const btBroadphasePair& pair);
+
 // True if the contacts of this pair are the host's business.
-bool collidesOnHost(const WorldReader& reader, const btBroadphasePair& pair);
+bool collidesOnHost(const WorldReader& reader, PairSlots slots);
 
 BTGPU_TRANSLATION_END

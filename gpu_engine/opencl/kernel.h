@@ -21,9 +21,11 @@ struct Optional {
 // spells them) wherever the driver can tell, which PoCL does, so that tests catch a wrong binding.
 class Kernel {
  public:
-  Kernel() = default;
+  Kernel() = default;  // an empty one, to be built when it is first needed
   // The kernel `name` of kernels/<file>. Throws OpenClError.
   Kernel(ComputeDevice& device, const std::string& file, const std::string& name, const std::string& options = {});
+
+  bool isBuilt() const { return !m_name.empty(); }
 
   // Binds all arguments in order and launches. Arguments: DeviceArray<T> (or Optional<T>) for a pointer to T, uint
   // or float by value.

@@ -11,12 +11,9 @@ struct PrimitiveBucket {
   uint bucket, typeA, typeB;
 };
 constexpr PrimitiveBucket kBuckets[] = {
-    {BUCKET_SPHERE_SPHERE, SHAPE_SPHERE, SHAPE_SPHERE},
-    {BUCKET_SPHERE_PLANE, SHAPE_SPHERE, SHAPE_PLANE},
-    {BUCKET_BOX_PLANE, SHAPE_BOX, SHAPE_PLANE},
-    {BUCKET_SPHERE_BOX, SHAPE_SPHERE, SHAPE_BOX},
-    {BUCKET_CAPSULES, SHAPE_CAPSULE, SHAPE_CAPSULE},
-    {BUCKET_CAPSULE_PLANE, SHAPE_CAPSULE, SHAPE_PLANE},
+    {BUCKET_SPHERE_SPHERE, SHAPE_SPHERE, SHAPE_SPHERE}, {BUCKET_SPHERE_PLANE, SHAPE_SPHERE, SHAPE_PLANE},
+    {BUCKET_BOX_PLANE, SHAPE_BOX, SHAPE_PLANE},         {BUCKET_SPHERE_BOX, SHAPE_SPHERE, SHAPE_BOX},
+    {BUCKET_CAPSULES, SHAPE_CAPSULE, SHAPE_CAPSULE},    {BUCKET_CAPSULE_PLANE, SHAPE_CAPSULE, SHAPE_PLANE},
     {BUCKET_HULL_PLANE, SHAPE_HULL, SHAPE_PLANE},
 };
 
@@ -26,14 +23,14 @@ void CollidePrimitives::enqueue(Queue& queue, DeviceWorld& world, uint shapeType
   queue.enterStage("42_collide_primitives");
   for (const auto& b : kBuckets) {
     if (!(shapeTypes >> b.typeA & 1u) || !(shapeTypes >> b.typeB & 1u)) continue;
-    if (!(m_built >> b.bucket & 1u)) {
-      m_kernels[b.bucket] = Kernel(m_device, "stages/42_collide_primitives.cl", "collidePrimitives",
-                                   fmt::format("-DBTGPU_BUCKET={}", b.bucket));
-      m_built |= 1u << b.bucket;
+    Kernel& kernel = m_kernels[b.bucket];
+    if (!kernel.isBuilt()) {
+      kernel = Kernel(queue.device(), "stages/42_collide_primitives.cl", "collidePrimitives",
+                      fmt::format("-DBTGPU_BUCKET={}", b.bucket));
     }
-    m_kernels[b.bucket].launch(queue, queue.device().grid(world.capacities.pairs), world.counters, world.bucketFirst,
-                               world.items, world.pairs, world.infos, world.shapes, world.poses, world.oldManifolds,
-                               world.hullVertices, world.contacts);
+    kernel.launch(queue, queue.device().grid(world.capacities.pairs), world.counters, world.bucketFirst, world.items,
+                  world.pairs, world.infos, world.shapes, world.poses, world.oldManifolds, world.hullVertices,
+                  world.contacts);
   }
 }
 

@@ -12,14 +12,11 @@ namespace btgpu {
 // writes contacts[] by pair index. A bucket's kernel is built when a world first has such shapes.
 class CollidePrimitives {
  public:
-  explicit CollidePrimitives(ComputeDevice& device) : m_device(device) {}
   // `shapeTypes`: bit SHAPE_* is set if the world has such a shape.
   void enqueue(Queue& queue, DeviceWorld& world, uint shapeTypes);
 
  private:
-  ComputeDevice& m_device;
   std::array<Kernel, BUCKET_COUNT> m_kernels;
-  uint m_built = 0;  // bit a bucket
 };
 
 }  // namespace btgpu

@@ -9,12 +9,11 @@ void FindClosestFeatures::build(ComputeDevice& device) {
   m_countConvexPairs = Kernel(device, kFile, "countConvexPairs");
   m_findClosestFeatures = Kernel(device, kFile, "findClosestFeatures");
   m_findWaysOut = Kernel(device, kFile, "findWaysOut");
-  m_built = true;
 }
 
 void FindClosestFeatures::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("44_find_closest_features");
-  if (!m_built) build(queue.device());
+  if (!m_findClosestFeatures.isBuilt()) build(queue.device());
   const size_t capacity = world.capacities.pairs;
   world.closest.resize(queue, capacity);
   m_near.resize(queue, capacity);

@@ -17,9 +17,8 @@ class FindClosestFeatures {
   void enqueue(Queue& queue, DeviceWorld& world);
 
  private:
-  void build(ComputeDevice& device);
+  void build(ComputeDevice& device);  // when a world first has such pairs
 
-  bool m_built = false;  // the kernels, when a world first has such pairs
   Kernel m_countConvexPairs, m_findClosestFeatures, m_findWaysOut;
   Compact m_compact;
   DeviceArray<uint> m_convexCount{"convex pair count"}, m_near{"near pair flags"}, m_overlap{"core overlap flags"};

@@ -6,8 +6,9 @@ namespace btgpu {
 
 void ClipConvexFaces::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("46_clip_convex_faces");
-  if (!m_built) m_clipConvexFaces = Kernel(queue.device(), "stages/46_clip_convex_faces.cl", "clipConvexFaces");
-  m_built = true;
+  if (!m_clipConvexFaces.isBuilt()) {
+    m_clipConvexFaces = Kernel(queue.device(), "stages/46_clip_convex_faces.cl", "clipConvexFaces");
+  }
   const size_t capacity = world.capacities.pairs;
   m_clipConvexFaces.launch(queue, queue.device().grid(capacity), world.counters, static_cast<uint>(capacity),
                            world.nearCount, world.nearPairs, world.bucketFirst, world.items, world.pairs, world.infos,

@@ -13,8 +13,7 @@ class ClipConvexFaces {
   void enqueue(Queue& queue, DeviceWorld& world);
 
  private:
-  bool m_built = false;  // the kernel, when a world first has such pairs
-  Kernel m_clipConvexFaces;
+  Kernel m_clipConvexFaces;  // built when a world first has such pairs
 };
 
 }  // namespace btgpu

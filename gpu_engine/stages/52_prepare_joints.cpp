@@ -6,8 +6,7 @@ namespace btgpu {
 
 void PrepareJoints::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("52_prepare_joints");
-  if (!m_built) m_prepare = Kernel(m_device, "stages/52_prepare_joints.cl", "prepareJoints");
-  m_built = true;
+  if (!m_prepare.isBuilt()) m_prepare = Kernel(queue.device(), "stages/52_prepare_joints.cl", "prepareJoints");
   m_prepare.launch(queue, queue.device().grid(world.jointCount), world.jointCount, world.counters, world.joints,
                    world.jointRows, world.steps, world.jointEffects, world.jointImpulses);
 }

@@ -10,13 +10,10 @@ namespace btgpu {
 // jointImpulses[] by row. Built when a world first has joints.
 class PrepareJoints {
  public:
-  explicit PrepareJoints(ComputeDevice& device) : m_device(device) {}
   void enqueue(Queue& queue, DeviceWorld& world);
 
  private:
-  ComputeDevice& m_device;
   Kernel m_prepare;
-  bool m_built = false;
 };
 
 }  // namespace btgpu

@@ -28,8 +28,7 @@ class ClipConvexFacesTest : public DeviceTest {
     StepCounters counters = bench.counters();
     counters.overflow = overflow;
     bench.setCounters(counters);
-    ClipConvexFaces stage;
-    bench.runStage(stage);
+    bench.run<ClipConvexFaces>();
     if (closest) *closest = bench.read(bench.world().closest);
     return bench.read(bench.world().contacts, p.pairs.size());
   }

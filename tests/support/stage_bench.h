@@ -8,6 +8,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <type_traits>
 
 #include "gpu_engine/device_world.h"
 #include "gpu_engine/opencl/queue.h"
@@ -27,8 +28,13 @@ class StageBench {
   // Makes the stage and runs it to the end; `args` are what Stage::enqueue takes after queue and world.
   template <typename Stage, typename... Args>
   void run(const Args&... args) {
-    Stage stage(m_queue.device());
-    runStage(stage, args...);
+    if constexpr (std::is_constructible_v<Stage, ComputeDevice&>) {
+      Stage stage(m_queue.device());
+      runStage(stage, args...);
+    } else {
+      Stage stage;
+      runStage(stage, args...);
+    }
   }
   // The same with a stage that lives on, for what it keeps between runs.
   template <typename Stage, typename... Args>
