@@ -6,6 +6,11 @@
 #include <random>
 
 namespace scenes {
+namespace {
+
+btScalar s(double v) { return static_cast<btScalar>(v); }
+
+}  // namespace
 
 Objects::~Objects() {
   for (const auto& vehicle : m_vehicles) m_world.removeVehicle(vehicle.get());
@@ -76,19 +81,28 @@ void Objects::remove(btTypedConstraint* joint) {
   m_joints.pop_back();
 }
 
-btRaycastVehicle* Objects::vehicle(btRigidBody* chassis, const btRaycastVehicle::btVehicleTuning& tuning) {
+btRaycastVehicle* Objects::vehicle(btRigidBody* chassis, btScalar halfTrack) {
+  btRaycastVehicle::btVehicleTuning tuning;
   m_raycasters.push_back(std::make_unique<btDefaultVehicleRaycaster>(&m_world));
   m_vehicles.push_back(std::make_unique<btRaycastVehicle>(tuning, chassis, m_raycasters.back().get()));
-  m_world.addVehicle(m_vehicles.back().get());
-  return m_vehicles.back().get();
+  btRaycastVehicle* vehicle = m_vehicles.back().get();
+  m_world.addVehicle(vehicle);
+  vehicle->setCoordinateSystem(0, 1, 2);
+  for (int i = 0; i < 4; ++i) {
+    const btVector3 at(i % 2 ? halfTrack : -halfTrack, s(-0.3), s(i < 2 ? 1.5 : -1.5));
+    btWheelInfo& wheel = vehicle->addWheel(at, btVector3(0, -1, 0), btVector3(-1, 0, 0), s(0.6), s(0.5), tuning, i < 2);
+    wheel.m_suspensionStiffness = 20;
+    wheel.m_wheelsDampingRelaxation = s(2.3);
+    wheel.m_wheelsDampingCompression = s(4.4);
+    wheel.m_rollInfluence = s(0.1);
+  }
+  return vehicle;
 }
 
 namespace {
 
 constexpr double kStep = 1.0 / 60.0;
 const btVector3 kGravity(0, -10, 0);
-
-btScalar s(double v) { return static_cast<btScalar>(v); }
 
 void addGround(Objects& o) {
   o.world().setGravity(kGravity);
@@ -376,18 +390,7 @@ void buildVehicle(Objects& o, Size n) {
     const btScalar left = s(12.0 * x);
     btRigidBody* chassis = o.add(800, body, btVector3(left, s(1.5), 0));
     chassis->setActivationState(DISABLE_DEACTIVATION);
-    btRaycastVehicle::btVehicleTuning tuning;
-    btRaycastVehicle* vehicle = o.vehicle(chassis, tuning);
-    vehicle->setCoordinateSystem(0, 1, 2);
-    for (int i = 0; i < 4; ++i) {
-      const btVector3 at(s(i % 2 ? 0.9 : -0.9), s(-0.3), s(i < 2 ? 1.5 : -1.5));
-      btWheelInfo& wheel =
-          vehicle->addWheel(at, btVector3(0, -1, 0), btVector3(-1, 0, 0), s(0.6), s(0.5), tuning, i < 2);
-      wheel.m_suspensionStiffness = 20;
-      wheel.m_wheelsDampingRelaxation = s(2.3);
-      wheel.m_wheelsDampingCompression = s(4.4);
-      wheel.m_rollInfluence = s(0.1);
-    }
+    btRaycastVehicle* vehicle = o.vehicle(chassis, s(0.9));
     for (int wheel = 2; wheel < 4; ++wheel) vehicle->applyEngineForce(s(1500), wheel);
     for (int wheel = 0; wheel < 2; ++wheel) vehicle->setSteeringValue(s(0.03 * (x + 1)), wheel);
     for (int z = 0; z < n.z; ++z) {

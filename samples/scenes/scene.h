@@ -49,7 +49,9 @@ class Objects {
   }
   // Takes a joint out of the world and destroys it.
   void remove(btTypedConstraint* joint);
-  btRaycastVehicle* vehicle(btRigidBody* chassis, const btRaycastVehicle::btVehicleTuning& tuning);
+  // A vehicle on four wheels, the two in front (0 and 1) at the chassis's +z end, `halfTrack` to either side of its
+  // middle.
+  btRaycastVehicle* vehicle(btRigidBody* chassis, btScalar halfTrack);
 
  private:
   btDiscreteDynamicsWorld& m_world;

@@ -160,32 +160,15 @@ template <typename World>
 struct Car {
   WorldOf<World> w;
   btRigidBody* chassis;
-  std::unique_ptr<btVehicleRaycaster> raycaster;
-  std::unique_ptr<btRaycastVehicle> vehicle;
+  btRaycastVehicle* vehicle;
 
   Car() {
     w.world.setGravity(btVector3(0, -10, 0));
     w.objects.add(0, w.objects.plane(btVector3(0, 1, 0), 0), btVector3(0, 0, 0));
     chassis = w.objects.add(800, w.objects.box(btVector3(1, s(0.5), 2)), btVector3(0, s(1.49), 0));
     chassis->setActivationState(DISABLE_DEACTIVATION);
-    raycaster = std::make_unique<btDefaultVehicleRaycaster>(&w.world);
-    btRaycastVehicle::btVehicleTuning tuning;
-    vehicle = std::make_unique<btRaycastVehicle>(tuning, chassis, raycaster.get());
-    vehicle->setCoordinateSystem(0, 1, 2);
-    for (int i = 0; i < 4; ++i) {
-      const btVector3 at(s(i % 2 ? 1 : -1), s(-0.3), s(i < 2 ? 1.5 : -1.5));
-      btWheelInfo& wheel =
-          vehicle->addWheel(at, btVector3(0, -1, 0), btVector3(-1, 0, 0), s(0.6), s(0.5), tuning, i < 2);
-      wheel.m_suspensionStiffness = 20;
-      wheel.m_wheelsDampingRelaxation = s(2.3);
-      wheel.m_wheelsDampingCompression = s(4.4);
-      wheel.m_rollInfluence = s(0.1);
-    }
-    w.world.addVehicle(vehicle.get());
+    vehicle = w.objects.vehicle(chassis, 1);
   }
-  ~Car() { w.world.removeVehicle(vehicle.get()); }
-  Car(const Car&) = delete;
-  Car& operator=(const Car&) = delete;
 
   void drive(int frame) {
     for (int wheel = 2; wheel < 4; ++wheel) vehicle->applyEngineForce(s(frame < 90 ? 1500 : 0), wheel);
