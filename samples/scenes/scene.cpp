@@ -99,6 +99,17 @@ btRaycastVehicle* Objects::vehicle(btRigidBody* chassis, btScalar halfTrack) {
   return vehicle;
 }
 
+std::vector<btVector3> prism(int sides, double radius, double halfHeight) {
+  constexpr double kTurn = 6.283185307179586;
+  std::vector<btVector3> points;
+  for (int k = 0; k < sides; ++k) {
+    for (const double y : {-halfHeight, halfHeight}) {
+      points.emplace_back(s(radius * std::cos(kTurn * k / sides)), s(y), s(radius * std::sin(kTurn * k / sides)));
+    }
+  }
+  return points;
+}
+
 namespace {
 
 constexpr double kStep = 1.0 / 60.0;
@@ -176,17 +187,6 @@ std::vector<btVector3> randomHull(std::mt19937& random, int count, const btVecto
   btVector3 mean(0, 0, 0);
   for (const btVector3& p : points) mean += p / s(count);
   for (btVector3& p : points) p -= mean;
-  return points;
-}
-
-std::vector<btVector3> prism(int sides, double radius, double halfHeight) {
-  constexpr double kTurn = 6.283185307179586;
-  std::vector<btVector3> points;
-  for (int k = 0; k < sides; ++k) {
-    for (const double y : {-halfHeight, halfHeight}) {
-      points.emplace_back(s(radius * std::cos(kTurn * k / sides)), s(y), s(radius * std::sin(kTurn * k / sides)));
-    }
-  }
   return points;
 }
 

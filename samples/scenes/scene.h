@@ -62,6 +62,9 @@ class Objects {
   std::vector<std::unique_ptr<btRaycastVehicle>> m_vehicles;
 };
 
+// Corners of a regular prism that stands upright around the origin.
+std::vector<btVector3> prism(int sides, double radius, double halfHeight);
+
 enum class Rest { Yes, No, AsStock };
 
 // What a comparison with stock may expect of a scene.

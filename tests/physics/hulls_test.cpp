@@ -10,18 +10,9 @@
 namespace btgpu::test {
 namespace {
 
-btScalar s(double v) { return static_cast<btScalar>(v); }
+using scenes::prism;
 
-std::vector<btVector3> prism(int sides, double radius, double halfHeight) {
-  std::vector<btVector3> points;
-  for (int k = 0; k < sides; ++k) {
-    const double angle = 2 * 3.14159265358979 * k / sides;
-    for (const double y : {-halfHeight, halfHeight}) {
-      points.emplace_back(s(radius * std::cos(angle)), s(y), s(radius * std::sin(angle)));
-    }
-  }
-  return points;
-}
+btScalar s(double v) { return static_cast<btScalar>(v); }
 
 // Every pair of shapes that rests in one place: on a plane, on a box, on each other.
 template <typename World>
