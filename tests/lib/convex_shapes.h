@@ -11,6 +11,7 @@
 #include "kernels/lib/convex.h"
 #include "tests/lib/double3.h"
 #include "tests/support/bullet_convert.h"
+#include "tests/support/prism.h"
 #include "translation/hull_features.h"
 
 namespace btgpu {
@@ -69,17 +70,6 @@ inline ConvexShape capsuleOf(int axis, float radius, float halfLength) {
   if (axis == 1) s.bullet = std::make_unique<btCapsuleShape>(radius, 2 * halfLength);
   if (axis == 2) s.bullet = std::make_unique<btCapsuleShapeZ>(radius, 2 * halfLength);
   return s;
-}
-
-inline std::vector<float4> prismPoints(int sides, float radius, float halfHeight) {
-  std::vector<float4> points;
-  for (int k = 0; k < sides; ++k) {
-    const float angle = 6.2831853f * static_cast<float>(k) / static_cast<float>(sides);
-    for (const float y : {-halfHeight, halfHeight}) {
-      points.push_back({radius * std::cos(angle), y, radius * std::sin(angle), 0});
-    }
-  }
-  return points;
 }
 
 // On an ellipsoid, so that all are corners.

@@ -221,7 +221,7 @@ TEST_F(CollidePrimitivesTest, CapsulesSmall) {
 // The four that matter of any number of vertices.
 TEST_F(CollidePrimitivesTest, HullsOnPlanesSmall) {
   PairWorld p;
-  const int drum = p.world.hull(prismOf(100, 1, 0.5f)), floor = p.world.plane({0, 1, 0, 0}, 1);
+  const int drum = p.world.hull(prismPoints(100, 1, 0.5f)), floor = p.world.plane({0, 1, 0, 0}, 1);
   const size_t flat = p.add(drum, at(7, 1.53f, 0), floor, at(0, 0, 0));
   const size_t tilted = p.add(drum, at(7, 1.6f, 0, turnAbout({1, 0, 0, 0}, 0.05f)), floor, at(0, 0, 0));
   const size_t above = p.add(drum, at(7, 1.57f, 0), floor, at(0, 0, 0));

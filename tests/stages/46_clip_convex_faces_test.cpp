@@ -107,7 +107,7 @@ TEST_F(ClipConvexFacesTest, Random) {
 // A face of 100 corners on another one, a box on it, a capsule along it.
 TEST_F(ClipConvexFacesTest, FacesOnFacesSmall) {
   PairWorld p;
-  const int drum = p.world.hull(prismOf(100, 1, 0.5f)), disc = p.world.hull(prismOf(64, 0.6f, 0.1f));
+  const int drum = p.world.hull(prismPoints(100, 1, 0.5f)), disc = p.world.hull(prismPoints(64, 0.6f, 0.1f));
   const int box = p.world.box({0.3f, 0.3f, 0.3f, 0}), capsule = p.world.capsule(0, 0.2f, 0.4f);
   const size_t onDrum = p.add(drum, at(0, 0, 0), disc, at(0.2f, 0.675f, 0));
   const size_t boxOnDrum = p.add(drum, at(0, 0, 0), box, at(0.1f, 0.835f, 0.1f, turnAbout({0, 1, 0, 0}, 0.3f)));

@@ -5,19 +5,9 @@
 
 #include "gpu_engine/stages/44_find_closest_features_reference.h"
 #include "tests/support/pair_world.h"
+#include "tests/support/prism.h"
 
 namespace btgpu {
-
-inline std::vector<float4> prismOf(int sides, float radius, float halfHeight) {
-  std::vector<float4> points;
-  for (int k = 0; k < sides; ++k) {
-    const float angle = 6.2831853f * static_cast<float>(k) / static_cast<float>(sides);
-    for (const float y : {-halfHeight, halfHeight}) {
-      points.push_back({radius * std::cos(angle), y, radius * std::sin(angle), 0});
-    }
-  }
-  return points;
-}
 
 inline std::vector<float4> pointsOnEllipsoid(std::mt19937& random, size_t count, float4 half) {
   std::vector<float4> points;
@@ -72,7 +62,7 @@ inline PairWorld randomConvexPairs(std::mt19937& random, size_t count) {
     if (type == SHAPE_SPHERE) return p.world.sphere(half.x);
     if (type == SHAPE_BOX) return p.world.box(half);
     if (type == SHAPE_CAPSULE) return p.world.capsule(static_cast<int>(random() % 3), half.x / 2, half.y);
-    if (random() % 3 == 0) return p.world.hull(prismOf(3 + static_cast<int>(random() % 8), half.x, half.y));
+    if (random() % 3 == 0) return p.world.hull(prismPoints(3 + static_cast<int>(random() % 8), half.x, half.y));
     return p.world.hull(pointsOnEllipsoid(random, 5 + random() % 12, half));
   };
   const int types[][2] = {{SHAPE_HULL, SHAPE_HULL},    {SHAPE_SPHERE, SHAPE_HULL}, {SHAPE_BOX, SHAPE_HULL},
