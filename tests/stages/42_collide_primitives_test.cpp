@@ -23,15 +23,9 @@ constexpr float kTolerance = 1e-6f;
 class CollidePrimitivesTest : public DeviceTest {
  protected:
   std::vector<RawContacts> device(const PairWorld& p, uint overflow = 0, uint shapeTypes = ~0u) {
-    Capacities room;
-    room.pairs = p.pairs.size() + m_spare;
-    StageBench bench(queue(), p.world.finish(), {}, room);
-    bench.setPairs(p.pairs);
-    bench.setOldManifolds(p.oldManifolds);
+    StageBench bench = benchForPairs(queue(), p, m_spare);
     bench.poison(bench.world().contacts);
-    StepCounters counters = bench.counters();
-    counters.overflow = overflow;
-    bench.setCounters(counters);
+    bench.setOverflow(overflow);
     bench.run<CollidePrimitives>(shapeTypes);
     auto contacts = bench.read(bench.world().contacts);
     for (size_t i = p.pairs.size(); i < contacts.size(); ++i) EXPECT_TRUE(StageBench::isPoison(contacts[i])) << i;

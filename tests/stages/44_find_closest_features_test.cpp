@@ -18,15 +18,9 @@ class FindClosestFeaturesTest : public DeviceTest {
     std::vector<RawContacts> contacts;
   };
   Result device(const PairWorld& p, uint overflow = 0) {
-    Capacities room;
-    room.pairs = p.pairs.size() + m_spare;
-    StageBench bench(queue(), p.world.finish(), {}, room);
-    bench.setPairs(p.pairs);
-    bench.setOldManifolds(p.oldManifolds);
+    StageBench bench = benchForPairs(queue(), p, m_spare);
     bench.poison(bench.world().contacts);
-    StepCounters counters = bench.counters();
-    counters.overflow = overflow;
-    bench.setCounters(counters);
+    bench.setOverflow(overflow);
     bench.run<FindClosestFeatures>();
     Result r;
     r.closest = bench.read(bench.world().closest);

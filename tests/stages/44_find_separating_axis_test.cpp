@@ -58,21 +58,16 @@ struct Outcome {
 class FindSeparatingAxisTest : public DeviceTest {
  protected:
   Outcome device(const PairWorld& p, size_t spare = 5, uint overflow = 0) {
-    Capacities room;
-    room.pairs = p.pairs.size() + spare;
-    StageBench bench(queue(), p.world.finish(), {}, room);
+    StageBench bench = benchForPairs(queue(), p, spare);
     DeviceWorld& w = bench.world();
-    bench.setPairs(p.pairs);
-    w.axes.resize(queue(), room.pairs);
-    w.overlapping.resize(queue(), room.pairs);
+    w.axes.resize(queue(), w.capacities.pairs);
+    w.overlapping.resize(queue(), w.capacities.pairs);
     w.overlapCount.resize(queue(), 1);
     bench.poison(w.axes);
     bench.poison(w.overlapping);
     bench.poison(w.overlapCount);
     bench.poison(w.contacts);
-    StepCounters counters = bench.counters();
-    counters.overflow = overflow;
-    bench.setCounters(counters);
+    bench.setOverflow(overflow);
     bench.run<FindSeparatingAxis>();
     Outcome out{
         {bench.read(w.axes), bench.read(w.overlapping)}, bench.read(w.contacts), bench.read(w.overlapCount, 1).front()};

@@ -18,16 +18,10 @@ class ClipConvexFacesTest : public DeviceTest {
   // Stages 44 and 46 on the pairs; contacts by pair. The axes go to `closest`, by position.
   std::vector<RawContacts> device(const PairWorld& p, std::vector<ClosestFeatures>* closest = nullptr,
                                   uint overflow = 0) {
-    Capacities room;
-    room.pairs = p.pairs.size() + m_spare;
-    StageBench bench(queue(), p.world.finish(), {}, room);
-    bench.setPairs(p.pairs);
-    bench.setOldManifolds(p.oldManifolds);
+    StageBench bench = benchForPairs(queue(), p, m_spare);
     bench.run<FindClosestFeatures>();
     if (overflow) bench.poison(bench.world().contacts);
-    StepCounters counters = bench.counters();
-    counters.overflow = overflow;
-    bench.setCounters(counters);
+    bench.setOverflow(overflow);
     bench.run<ClipConvexFaces>();
     if (closest) *closest = bench.read(bench.world().closest);
     return bench.read(bench.world().contacts, p.pairs.size());

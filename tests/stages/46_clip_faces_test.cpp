@@ -67,22 +67,17 @@ bool hasTwoFeatures(const PairWorld& p, const Pair& pair, const SeparatingAxis& 
 class ClipFacesTest : public DeviceTest {
  protected:
   std::vector<RawContacts> device(const PairWorld& p, const Axes& axes, uint overflow = 0, size_t spare = 5) {
-    Capacities room;
-    room.pairs = p.pairs.size() + spare;
-    StageBench bench(queue(), p.world.finish(), {}, room);
+    StageBench bench = benchForPairs(queue(), p, spare);
     DeviceWorld& w = bench.world();
-    bench.setPairs(p.pairs);
-    w.overlapping.resize(queue(), room.pairs);
-    w.axes.resize(queue(), room.pairs);
+    w.overlapping.resize(queue(), w.capacities.pairs);
+    w.axes.resize(queue(), w.capacities.pairs);
     bench.poison(w.overlapping);
     bench.poison(w.axes);
     bench.write(w.axes, axes.axes);
     bench.write(w.overlapping, axes.overlapping);
     bench.write(w.overlapCount, {static_cast<uint>(axes.overlapping.size())});
     bench.poison(w.contacts);
-    StepCounters counters = bench.counters();
-    counters.overflow = overflow;
-    bench.setCounters(counters);
+    bench.setOverflow(overflow);
     bench.run<ClipFaces>();
     return bench.read(w.contacts);
   }

@@ -183,9 +183,7 @@ TEST_F(MatchContactsTest, FollowsBulletsDispatcherForSixtySteps) {
     for (uint i = 0; i < 6; i += 2)
       b.pose(i) = {{0.1f * t, height, 0.05f * t * t, 0}, turnAbout({0.2f, 0.1f, 1, 0}, 0.3f * t)};
 
-    StageBench bench(queue(), b.finish());
-    bench.setPairs(p.pairs);
-    bench.setOldManifolds(p.oldManifolds);
+    StageBench bench = benchForPairs(queue(), p);
     bench.run<CollidePrimitives>(~0u);
     bench.run<ReduceAndMatchContacts>();
     Stage48Input next{p, {}};

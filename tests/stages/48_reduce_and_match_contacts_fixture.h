@@ -76,17 +76,11 @@ class MatchContactsTest : public DeviceTest {
  protected:
   std::vector<Manifold> device(const Stage48Input& in, uint overflow = 0, size_t spare = 5) {
     const size_t n = in.world.pairs.size();
-    Capacities room;
-    room.pairs = n + spare;
-    StageBench bench(queue(), in.world.world.finish(), {}, room);
+    StageBench bench = benchForPairs(queue(), in.world, spare);
     DeviceWorld& w = bench.world();
-    bench.setPairs(in.world.pairs);
-    bench.setOldManifolds(in.world.oldManifolds);
     bench.write(w.contacts, in.contacts);
     bench.poison(w.manifolds);
-    StepCounters counters = bench.counters();
-    counters.overflow = overflow;
-    bench.setCounters(counters);
+    bench.setOverflow(overflow);
     bench.run<ReduceAndMatchContacts>();
     auto manifolds = bench.read(w.manifolds);
     for (size_t i = overflow ? 0 : n; i < manifolds.size(); ++i) EXPECT_TRUE(StageBench::isPoison(manifolds[i])) << i;

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "gpu_engine/world_input.h"
+#include "tests/support/stage_bench.h"
 #include "tests/support/world_builder.h"
 
 namespace btgpu {
@@ -61,5 +61,15 @@ struct PairWorld {
   const Shape& shapeOf(uint body) const { return world.shape(world.info(body).shapeIndex); }
   float4 bFromA(const Pair& p) const { return world.pose(p.bodyB).position - world.pose(p.bodyA).position; }
 };
+
+// The pairs and the last step's manifolds on the device, with room for `spare` more pairs.
+inline StageBench benchForPairs(Queue& queue, const PairWorld& p, size_t spare = 0) {
+  Capacities room;
+  room.pairs = p.pairs.size() + spare;
+  StageBench bench(queue, p.world.finish(), {}, room);
+  bench.setPairs(p.pairs);
+  bench.setOldManifolds(p.oldManifolds);
+  return bench;
+}
 
 }  // namespace btgpu

@@ -39,6 +39,12 @@ void StageBench::setParams(const StepParams& params) { write(m_world.params, {pa
 StepCounters StageBench::counters() { return read(m_world.counters, 1).front(); }
 void StageBench::setCounters(const StepCounters& counters) { write(m_world.counters, {counters}); }
 
+void StageBench::setOverflow(uint overflow) {
+  StepCounters c = counters();
+  c.overflow = overflow;
+  setCounters(c);
+}
+
 void StageBench::setPairs(const std::vector<Pair>& pairs) {
   std::vector<uint> items, bucketFirst;
   for (uint bucket = 0; bucket <= BUCKET_COUNT; ++bucket) {

@@ -84,6 +84,7 @@ class StageBench {
   void setParams(const StepParams& params);
   StepCounters counters();
   void setCounters(const StepCounters& counters);
+  void setOverflow(uint overflow);
 
   // Puts the pairs on the device as stages 30 and 35 would have left them: pairs, items and bucketFirst by
   // Pair::bucket, keys, and both pair counters.
