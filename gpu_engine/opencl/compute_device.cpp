@@ -11,6 +11,7 @@
 #include <map>
 #include <mutex>
 
+#include "cpu_threads.h"
 #include "error.h"
 #include "program_cache.h"
 
@@ -79,6 +80,7 @@ std::mutex& discoveryMutex() {
 }
 
 std::vector<FoundDevice> findDevices() {
+  spreadCpuDeviceThreads();
   std::vector<cl::Platform> platforms;
   try {
     cl::Platform::get(&platforms);
