@@ -12,6 +12,17 @@
 
 namespace btgpu {
 
+// Manifolds in the engine's memory, there until its next beginStep or reset.
+struct ManifoldView {
+  const Manifold* first = nullptr;
+  size_t count = 0;
+
+  size_t size() const { return count; }
+  const Manifold& operator[](size_t i) const { return first[i]; }
+  const Manifold* begin() const { return first; }
+  const Manifold* end() const { return first + count; }
+};
+
 struct StepResults {
   // Indexed by body, length WorldInput::bodyCount.
   std::vector<BodyPose> poses;  // relative to the region origin
@@ -27,7 +38,7 @@ struct StepResults {
   // With StepSettings::contacts: the manifolds that have points, in the order of the pairs. A carried one, between two
   // bodies that were not active (CONTACT_CARRIED in its key), is the same as after the last step and not sent again.
   std::vector<ulong> contactKeys;       // pairKeyOf(its bodies), ascending
-  std::vector<Manifold> contacts;       // those not carried, in the same order; impulses of this step
+  ManifoldView contacts;                // those not carried, in the same order; impulses of this step
   std::vector<Manifold> hostManifolds;  // as WorldInput::hostManifolds, with the impulses of this step
 
   // As WorldInput::joints and ::jointRows.

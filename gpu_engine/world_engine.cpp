@@ -133,17 +133,15 @@ void WorldEngine::readContacts(StepResults& results) {
   m_queue.read(m_world->manifolds.buffer(), pairs * sizeof(Manifold), hosts * sizeof(Manifold),
                results.hostManifolds.data(), true);
   results.contactKeys.clear();
-  results.contacts.clear();
+  results.contacts = {};
   if (m_settings.contacts && m_world->bodyCount > 0) {
     m_pipeline.enqueueContactReads(m_queue, *m_world, results);
     m_queue.finish();
   }
-  results.matchedManifolds.clear();
-  results.manifolds.clear();
-  if (!m_settings.keepContacts) return;
-  const size_t all = pairs + hosts;
+  const size_t all = m_settings.keepContacts ? pairs + hosts : 0;
   results.matchedManifolds.resize(all);
   results.manifolds.resize(all);
+  if (all == 0) return;
   m_queue.read(m_world->matchedManifolds.buffer(), 0, all * sizeof(Manifold), results.matchedManifolds.data(), true);
   m_queue.read(m_world->manifolds.buffer(), 0, all * sizeof(Manifold), results.manifolds.data(), true);
 }

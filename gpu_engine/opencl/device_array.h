@@ -15,6 +15,10 @@
 
 namespace btgpu {
 
+// Where an array lies. HostVisible: the host can map it, which moves nothing where host and device share their memory,
+// and goes through pinned memory elsewhere.
+enum class Placement { Device, HostVisible };
+
 // A typed array on the device, as the paper has it: resizable like std::vector, with copies from and to the
 // host that wait only if asked. Growth is geometric. The host memory of a copy without wait must stay as it
 // is until the queue is finished.
@@ -24,7 +28,8 @@ class DeviceArray {
 
  public:
   DeviceArray() = default;
-  explicit DeviceArray(std::string name) : m_name(std::move(name)) {}
+  explicit DeviceArray(std::string name, Placement placement = Placement::Device)
+      : m_name(std::move(name)), m_placement(placement) {}
 
   size_t size() const { return m_size; }
   size_t capacity() const { return m_capacity; }
@@ -84,13 +89,38 @@ class DeviceArray {
       throw OpenClError(OpenClError::Kind::OutOfMemory, "more than the device's memory for " + what());
     }
     try {
-      return cl::Buffer(device.context(), CL_MEM_READ_WRITE, count * sizeof(T));
+      const cl_mem_flags where = m_placement == Placement::HostVisible ? CL_MEM_ALLOC_HOST_PTR : 0;
+      return cl::Buffer(device.context(), CL_MEM_READ_WRITE | where, count * sizeof(T));
     } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), what()); }
   }
 
   std::string m_name;
+  Placement m_placement = Placement::Device;
   cl::Buffer m_buffer;
   size_t m_size = 0, m_capacity = 0;
+};
+
+// What the host sees of an array, in place. While it is mapped no kernel may write the array.
+template <typename T>
+class HostView {
+ public:
+  // The first `count` elements; there to be read once the queue is finished. Ends an earlier view.
+  void map(Queue& queue, const DeviceArray<T>& array, size_t count) {
+    unmap(queue);
+    if (count == 0) return;
+    m_buffer = array.buffer();
+    m_data = static_cast<T*>(queue.map(m_buffer, count * sizeof(T)));
+  }
+  void unmap(Queue& queue) {
+    if (m_data) queue.unmap(m_buffer, m_data);
+    m_data = nullptr;
+    m_buffer = cl::Buffer();
+  }
+  const T* data() const { return m_data; }
+
+ private:
+  cl::Buffer m_buffer;
+  T* m_data = nullptr;
 };
 
 }  // namespace btgpu

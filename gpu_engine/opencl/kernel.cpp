@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+
 #include "error.h"
 #include "program_cache.h"
 
@@ -53,10 +55,14 @@ void Kernel::checkCount(size_t given) const {
 
 void Kernel::checkType(const char* typeName, bool pointer) const {
   if (m_argumentTypes.empty()) return;
-  const std::string given = std::string(typeName) + (pointer ? "*" : "");
-  if (m_argumentTypes[m_next] == given) return;
-  throw OpenClError(OpenClError::Kind::General, fmt::format("argument {} of kernel {} is a {}, a {} was bound", m_next,
-                                                            m_name, m_argumentTypes[m_next], given));
+  const std::string_view wanted = m_argumentTypes[m_next], given = typeName;
+  const std::string_view mark = pointer ? "*" : "";
+  if (wanted.size() == given.size() + mark.size() && wanted.substr(0, given.size()) == given &&
+      wanted.substr(given.size()) == mark) {
+    return;
+  }
+  throw OpenClError(OpenClError::Kind::General, fmt::format("argument {} of kernel {} is a {}, a {}{} was bound",
+                                                            m_next, m_name, wanted, given, mark));
 }
 
 void Kernel::set(size_t size, const void* value) {

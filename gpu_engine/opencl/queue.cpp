@@ -55,6 +55,20 @@ void Queue::copy(const cl::Buffer& from, const cl::Buffer& to, size_t fromOffset
   }
 }
 
+void* Queue::map(const cl::Buffer& buffer, size_t bytes) {
+  try {
+    return m_queue.enqueueMapBuffer(buffer, CL_FALSE, CL_MAP_READ, 0, bytes);
+  } catch (const cl::Error& e) {
+    throw makeOpenClError(e.err(), e.what(), fmt::format("{} bytes mapped from the device", bytes));
+  }
+}
+
+void Queue::unmap(const cl::Buffer& buffer, void* mapped) {
+  try {
+    m_queue.enqueueUnmapMemObject(buffer, mapped);
+  } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "at the end of a mapping"); }
+}
+
 void Queue::finish() {
   try {
     m_queue.finish();

@@ -35,6 +35,9 @@ class Queue {
   void write(const cl::Buffer& buffer, size_t offset, size_t bytes, const void* from, bool wait);
   void read(const cl::Buffer& buffer, size_t offset, size_t bytes, void* to, bool wait);
   void copy(const cl::Buffer& from, const cl::Buffer& to, size_t fromOffset, size_t toOffset, size_t bytes);
+  // For reading, without waiting: the memory may be read once the queue is finished.
+  void* map(const cl::Buffer& buffer, size_t bytes);
+  void unmap(const cl::Buffer& buffer, void* mapped);
   void finish();
   void flush();
 

@@ -108,22 +108,21 @@ Polytope polytopeOf(const Shape& shape, const HullArrays& hulls) {
     p.edges = {{0, 0}};
     return p;
   }
-  for (int i = 0; i < shape.vertexCount; ++i) {
-    p.vertices.push_back(toVec(hulls.vertices[static_cast<size_t>(shape.firstVertex + i)]));
-  }
+  const auto at = [](const auto& array, int first, int i) {
+    return array[static_cast<size_t>(first) + static_cast<size_t>(i)];
+  };
+  for (int i = 0; i < shape.vertexCount; ++i) { p.vertices.push_back(toVec(at(hulls.vertices, shape.firstVertex, i))); }
   for (int i = 0; i < shape.faceCount; ++i) {
-    const HullFace& from = hulls.faces[static_cast<size_t>(shape.firstFace + i)];
+    const HullFace from = at(hulls.faces, shape.firstFace, i);
     const Vec normal = toVec(from.plane);
     Polytope::Face face{normal / length(normal), {}};
-    for (int k = 0; k < from.cornerCount; ++k) {
-      face.corners.push_back(hulls.corners[static_cast<size_t>(from.firstCorner + k)]);
-    }
+    for (int k = 0; k < from.cornerCount; ++k) face.corners.push_back(at(hulls.corners, from.firstCorner, k));
     p.faces.push_back(face);
   }
   // A polygon has two faces; those of a segment or a point have fewer corners.
   p.hasVolume = p.faces.size() > 2 && p.faces[0].corners.size() > 2;
   for (int i = 0; i < shape.edgeCount; ++i) {
-    const HullEdge& from = hulls.edges[static_cast<size_t>(shape.firstEdge + i)];
+    const HullEdge from = at(hulls.edges, shape.firstEdge, i);
     p.edges.push_back({static_cast<size_t>(from.from), static_cast<size_t>(from.to)});
   }
   if (p.edges.empty()) p.edges = {{0, 0}};

@@ -7,7 +7,6 @@
 namespace btgpu {
 namespace {
 
-using reference::Matrix;
 using reference::toVec;
 using reference::Vec;
 

@@ -33,7 +33,8 @@ void GatherContacts::enqueue(Queue& queue, DeviceWorld& world, bool all) {
 void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, StepResults& results) {
   const size_t touching = results.counters.touchingCount, fresh = results.counters.freshCount;
   results.contactKeys.resize(touching);
-  results.contacts.resize(fresh);
+  results.contacts = {};
+  m_view.unmap(queue);
   if (touching == 0) return;
   queue.enterStage("95_gather_contacts");
   m_keys.resize(queue, touching);
@@ -43,7 +44,8 @@ void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, StepResults&
   if (fresh == 0) return;
   m_contacts.resize(queue, fresh);
   m_gather.launch(queue, queue.device().grid(fresh), static_cast<uint>(fresh), m_fresh, world.manifolds, m_contacts);
-  queue.read(m_contacts.buffer(), 0, fresh * sizeof(Manifold), results.contacts.data(), false);
+  m_view.map(queue, m_contacts, fresh);
+  results.contacts = {m_view.data(), fresh};
 }
 
 }  // namespace btgpu

@@ -16,7 +16,8 @@ class GatherContacts {
   // Within the step: selects them, and counts them in StepCounters::touchingCount and ::freshCount. all: carried ones
   // are sent too, and not marked.
   void enqueue(Queue& queue, DeviceWorld& world, bool all);
-  // After it: brings results.contactKeys and results.contacts, without waiting.
+  // After it: brings results.contactKeys and results.contacts, without waiting. The contacts stay until the next
+  // enqueueReads.
   void enqueueReads(Queue& queue, DeviceWorld& world, StepResults& results);
 
  private:
@@ -26,7 +27,8 @@ class GatherContacts {
   DeviceArray<uint> m_touching{"touching manifolds"}, m_fresh{"fresh manifolds"};
   DeviceArray<uint> m_touchingCount{"touching count"}, m_freshCount{"fresh count"};
   DeviceArray<ulong> m_keys{"contact keys"};
-  DeviceArray<Manifold> m_contacts{"contacts"};
+  DeviceArray<Manifold> m_contacts{"contacts", Placement::HostVisible};
+  HostView<Manifold> m_view;  // of m_contacts
   bool m_all = false;
 };
 

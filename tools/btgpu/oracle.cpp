@@ -50,11 +50,12 @@ std::vector<BodyState> captureStates(const btCollisionWorld& world) {
 std::vector<JointState> captureJoints(const btDynamicsWorld& world) {
   std::vector<JointState> states;
   for (int i = 0; i < world.getNumConstraints(); ++i) {
-    const btTypedConstraint& joint = *world.getConstraint(i);
-    const auto* hinge = dynamic_cast<const btHingeAccumulatedAngleConstraint*>(&joint);
+    const btTypedConstraint* joint = world.getConstraint(i);
+    if (!joint) continue;  // what the base class answers
+    const auto* hinge = dynamic_cast<const btHingeAccumulatedAngleConstraint*>(joint);
     const btScalar angle =
         hinge ? const_cast<btHingeAccumulatedAngleConstraint*>(hinge)->getAccumulatedHingeAngle() : btScalar(0);
-    states.push_back({joint.isEnabled(), angle});
+    states.push_back({joint->isEnabled(), angle});
   }
   return states;
 }
