@@ -75,11 +75,12 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   }
 
   m_counts.resize(queue, bodies);
-  m_countPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts);
+  m_kept.resize(queue, bodies * PAIRS_KEPT);
+  m_countPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts, m_kept);
   m_scan.exclusive(queue, {bodies}, m_counts, m_counts, world.pairCount);
   m_checkPairs.launch(queue, {1, 1}, static_cast<uint>(world.capacities.pairs), world.pairCount, world.counters);
-  m_emitPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts, world.counters,
-                     world.keys);
+  m_emitPairs.launch(queue, grid, count, m_deviceLevels, m_nodes, m_order, world.infos, m_counts, m_kept,
+                     world.counters, world.keys);
   const uint bits = bitsFor(bodies);
   m_sort.keys(queue, {world.capacities.pairs, &world.pairCount}, world.keys, {{0, bits}, {32, bits}});
 }

@@ -27,7 +27,7 @@ class FindPairs {
   DeviceArray<BvhLevels> m_deviceLevels{"bvh levels"};
   DeviceArray<Aabb> m_partialBounds{"partial scene bounds"}, m_scene{"scene bounds"}, m_nodes{"bvh nodes"};
   DeviceArray<ulong> m_mortonCodes{"morton keys"};
-  DeviceArray<uint> m_order{"morton order"}, m_counts{"pair counts"};
+  DeviceArray<uint> m_order{"morton order"}, m_counts{"pair counts"}, m_kept{"pairs kept"};
 };
 
 }  // namespace btgpu

@@ -95,10 +95,11 @@ KERNEL bvhLevel(uint level, __constant BvhLevels* levels, __global Aabb* nodes) 
 
 // ---- traversal -----------------------------------------------------------------------------------------------
 
-// Visits the sorted bodies behind `position` whose AABB overlaps its own. Returns how many pass the filters;
-// writes their keys to out[0..) unless out is null.
+// Visits the sorted bodies behind `position` whose AABB overlaps its own. Returns how many pass the filters; writes the
+// first PAIRS_KEPT of them to kept[], or the keys of all pairs to keys[]; either may be null.
 static uint visitPairs(uint position, __constant BvhLevels* levels, __global const Aabb* nodes,
-                       __global const uint* order, __global const BodyInfo* infos, __global ulong* out) {
+                       __global const uint* order, __global const BodyInfo* infos, __global uint* kept,
+                       __global ulong* keys) {
   const uint self = order[position];
   const BodyInfo info = infos[self];
   if (!isCollidable(info)) return 0;
@@ -117,7 +118,8 @@ static uint visitPairs(uint position, __constant BvhLevels* levels, __global con
       }
       const uint other = order[node];
       if (filtersMatch(info, infos[other])) {
-        if (out) out[found] = pairKeyOf(self, other);
+        if (kept && found < PAIRS_KEPT) kept[found] = other;
+        if (keys) keys[found] = pairKeyOf(self, other);
         ++found;
       }
     }
@@ -133,8 +135,11 @@ static uint visitPairs(uint position, __constant BvhLevels* levels, __global con
 }
 
 KERNEL countPairs(uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
-                  __global const uint* order, __global const BodyInfo* infos, __global uint* counts) {
-  FOR_EACH(i, bodyCount) counts[i] = visitPairs(i, levels, nodes, order, infos, 0);
+                  __global const uint* order, __global const BodyInfo* infos, __global uint* counts,
+                  __global uint* kept) {
+  FOR_EACH(i, bodyCount) {
+    counts[i] = visitPairs(i, levels, nodes, order, infos, kept + (ulong)i * PAIRS_KEPT, 0);
+  }
 }
 
 // Single work item: notes the number of pairs and whether they fit.
@@ -143,9 +148,17 @@ SINGLE_KERNEL checkPairs(uint pairCapacity, __global const uint* total, __global
   if (*total > pairCapacity) counters->overflow |= OVERFLOW_PAIRS;
 }
 
+// Only bodies with more pairs than were kept go through the tree once more.
 KERNEL emitPairs(uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
                  __global const uint* order, __global const BodyInfo* infos, __global const uint* offsets,
-                 __global const StepCounters* counters, __global ulong* keys) {
+                 __global const uint* kept, __global const StepCounters* counters, __global ulong* keys) {
   RETURN_ON_OVERFLOW(counters);
-  FOR_EACH(i, bodyCount) visitPairs(i, levels, nodes, order, infos, keys + offsets[i]);
+  FOR_EACH(i, bodyCount) {
+    const uint first = offsets[i], end = i + 1 < bodyCount ? offsets[i + 1] : counters->pairCount;
+    if (end - first > PAIRS_KEPT) {
+      visitPairs(i, levels, nodes, order, infos, 0, keys + first);
+      continue;
+    }
+    for (uint k = first; k < end; ++k) keys[k] = pairKeyOf(order[i], kept[(ulong)i * PAIRS_KEPT + (k - first)]);
+  }
 }
