@@ -49,9 +49,8 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   c.bodies = std::max(c.bodies, wanted.bodies);
   c.pairs = std::max(c.pairs, wanted.pairs);
   c.slots = std::max(c.slots, (wanted.slots + BTGPU_LANES - 1) / BTGPU_LANES * BTGPU_LANES);
-  c.colourLaunches = std::min<uint>(COLOUR_LIMIT, std::max(c.colourLaunches, wanted.colourLaunches));
+  c.colourLaunches = std::min<uint>(COLOUR_LIMIT, wanted.colourLaunches);
   c.colourRounds = std::max(c.colourRounds, wanted.colourRounds);
-  c.serialLaunched = c.serialLaunched || wanted.serialLaunched;
 
   const auto resizeAll = [&queue](size_t size, auto&... arrays) {
     (arrays.resize(queue, std::max(size, arrays.size())), ...);

@@ -15,9 +15,8 @@ struct Capacities {
   size_t bodies = 0;
   size_t pairs = 0;
   size_t slots = 0;         // constraint slots, padding included
-  uint colourLaunches = 0;  // parallel colours launched a step
+  uint colourLaunches = 0;  // colours that get a launch of their own; all others share one
   uint colourRounds = 0;    // colouring rounds launched a step (GPU shape)
-  bool serialLaunched = false;
 };
 
 struct DeviceWorld {

@@ -34,13 +34,13 @@ Pipeline::Pipeline(ComputeDevice& device)
 
 void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits) {
   const bool boxes = traits.has(SHAPE_BOX);
-  m_applyForces.enqueue(queue, world);                                          // 10
-  m_updateAabbs.enqueue(queue, world);                                          // 20
-  m_findPairs.enqueue(queue, world);                                            // 30
-  m_groupPairs.enqueue(queue, world);                                           // 35
-  m_collidePrimitives.enqueue(queue, world, traits.shapeTypes);                 // 42
-  if (boxes) m_findSeparatingAxis.enqueue(queue, world);                        // 44
-  if (boxes) m_clipFaces.enqueue(queue, world);                                 // 46
+  m_applyForces.enqueue(queue, world);                           // 10
+  m_updateAabbs.enqueue(queue, world);                           // 20
+  m_findPairs.enqueue(queue, world);                             // 30
+  m_groupPairs.enqueue(queue, world);                            // 35
+  m_collidePrimitives.enqueue(queue, world, traits.shapeTypes);  // 42
+  if (boxes) m_findSeparatingAxis.enqueue(queue, world);         // 44
+  if (boxes) m_clipFaces.enqueue(queue, world);                  // 46
   if (traits.convexPairs()) {
     m_findClosestFeatures.enqueue(queue, world);  // 44
     m_clipConvexFaces.enqueue(queue, world);      // 46

@@ -4,7 +4,7 @@
 
 namespace btgpu {
 
-StepParams makeStepParams(const StepSettings& s, const Capacities& c, bool torsionRows) {
+StepParams makeStepParams(const StepSettings& s, bool torsionRows) {
   StepParams p{};
   p.timeStep = s.timeStep;
   p.flags = (s.useContinuous ? STEP_USE_CONTINUOUS : 0u) | (s.forceUpdateAllAabbs ? STEP_FORCE_ALL_AABBS : 0u) |
@@ -26,8 +26,6 @@ StepParams makeStepParams(const StepSettings& s, const Capacities& c, bool torsi
   p.maxGyroscopicForce = s.maxGyroscopicForce;
   p.contactThreshold = s.contactBreakingThreshold;
   p.deactivationTime = s.deactivationTime;
-  p.colourLaunches = c.colourLaunches;
-  p.serialLaunched = c.serialLaunched ? 1u : 0u;
   return p;
 }
 

@@ -14,8 +14,7 @@ namespace {
 // memory.
 constexpr size_t kPairsPerBody = 6;
 constexpr size_t kMinPairs = 256;
-constexpr uint kFirstColours = 16, kFirstRounds = 24;
-constexpr uint kSpareColours = 2, kSpareRounds = 4;
+constexpr uint kFirstColours = 8, kFirstRounds = 24, kSpareRounds = 4;
 
 // Up at once, down by and by: after a calm moment the next impact should not find everything taken away.
 uint approach(uint now, uint needed) { return needed >= now ? needed : now - (now - needed + 3) / 4; }
@@ -53,7 +52,7 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     const size_t most = m_device->description().largestAllocation / sizeof(Manifold);
     const size_t guess = std::max(kMinPairs, std::min(kPairsPerBody * bodyCount, most));
     wanted.pairs = std::max(guess, m_engineSettings.pairCapacity);
-    wanted.slots = wanted.pairs / 2 + kFirstColours * BTGPU_LANES;
+    wanted.slots = wanted.pairs / 2 + 2 * kFirstColours * BTGPU_LANES;
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
   }
@@ -72,7 +71,7 @@ void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
 }
 
 void WorldEngine::enqueue() {
-  m_params.assign(1, makeStepParams(m_settings, m_world->capacities, m_traits.torsionRows));
+  m_params.assign(1, makeStepParams(m_settings, m_traits.torsionRows));
   m_params.front().hostManifoldCount = m_world->hostManifoldCount;
   m_counters.assign(1, StepCounters{});
   m_world->params.copyFromHost(m_queue, m_params, false);
@@ -159,13 +158,7 @@ bool WorldEngine::growAfterOverflow(const StepCounters& counters) {
   Capacities wanted = m_world->capacities;
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
-  if (counters.overflow & OVERFLOW_COLOURS) wanted.colourLaunches = counters.colourCount + kSpareColours;
-  if (counters.overflow & OVERFLOW_ROUNDS) {
-    // The colours counted are those of the rounds that ran; more are likely.
-    wanted.colourRounds = std::max(2 * wanted.colourRounds, kFirstRounds);
-    wanted.colourLaunches = std::max(wanted.colourLaunches, kFirstColours);
-  }
-  if (counters.overflow & OVERFLOW_SERIAL) wanted.serialLaunched = true;
+  if (counters.overflow & OVERFLOW_ROUNDS) wanted.colourRounds = std::max(2 * wanted.colourRounds, kFirstRounds);
   m_world->reserve(m_queue, wanted, m_settings.twoFrictionDirections, m_traits.torsionRows);
   return true;
 }
@@ -174,9 +167,8 @@ bool WorldEngine::growAfterOverflow(const StepCounters& counters) {
 // a step does not depend on them.
 void WorldEngine::adaptLaunches(const StepCounters& counters) {
   Capacities& c = m_world->capacities;
-  c.colourLaunches = std::min<uint>(COLOUR_LIMIT, approach(c.colourLaunches, counters.colourCount + kSpareColours));
+  c.colourLaunches = counters.largeColours;
   c.colourRounds = approach(c.colourRounds, counters.colourRounds + kSpareRounds);
-  c.serialLaunched = counters.serialCount > 0;
 }
 
 EngineInfo describeDevice(const DeviceDescription& d) {

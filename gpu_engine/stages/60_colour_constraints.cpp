@@ -57,7 +57,7 @@ void ColourConstraints::enqueue(Queue& queue, DeviceWorld& world) {
   colour(queue, world);
   m_sort.pairs(queue, count, m_colours, m_order, {{0, 8}});
   m_boundSearch.lower(queue, count, m_colours, COLOUR_TABLE, m_colourFirst);
-  m_layout.launch(queue, {1, 1}, slots, world.params, m_colourFirst, world.slotFirst, world.counters);
+  m_layout.launch(queue, {1, 1}, slots, m_colourFirst, world.slotFirst, world.counters);
   m_fill.launch(queue, queue.device().grid(slots), slots, world.counters, m_colourFirst, world.slotFirst, m_order,
                 m_headers, world.slots);
 }

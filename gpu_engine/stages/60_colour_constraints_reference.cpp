@@ -73,6 +73,7 @@ ColoursReference colourConstraintsReference(const std::vector<uint>& constraints
       else
         out.colourCount = colour + 1;
     }
+    if (colour < COLOUR_SERIAL && out.slots.size() - out.slotFirst.back() > SMALL_COLOUR) out.largeColours = colour + 1;
     while (out.slots.size() % BTGPU_LANES != 0) out.slots.push_back({NO_INDEX, NO_INDEX, NO_INDEX, 0});
   }
   out.slotFirst.push_back(static_cast<uint>(out.slots.size()));

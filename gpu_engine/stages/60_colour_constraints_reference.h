@@ -16,6 +16,7 @@ struct ColoursReference {
   std::vector<uint> slotFirst;    // COLOUR_TABLE
   std::vector<SlotHeader> slots;  // whole blocks of BTGPU_LANES for each colour
   uint colourCount = 0;           // highest parallel colour + 1
+  uint largeColours = 0;          // the same of those with more than SMALL_COLOUR constraints
   uint serialCount = 0;           // constraints in the serial batch
 };
 

@@ -13,7 +13,7 @@ constexpr const char* kFile = "stages/70_solve_velocities.cl";
 
 SolveVelocities::SolveVelocities(ComputeDevice& device)
     : m_solveColour(device, kFile, "solveColour"),
-      m_solveSerial(device, kFile, "solveSerial"),
+      m_solveRest(device, kFile, "solveRest"),
       m_solveJointColour(device, kFile, "solveJointColour"),
       m_solveJointsSerial(device, kFile, "solveJointsSerial"),
       m_storeImpulses(device, kFile, "storeImpulses") {}
@@ -25,10 +25,10 @@ void SolveVelocities::solveAll(Queue& queue, DeviceWorld& world, uint passes) {
     m_solveColour.launch(queue, grid, colour, passes, world.counters, world.params, world.slotFirst, world.slots,
                          world.solverMasses, world.solverBodies, world.rows, world.tangent2, world.torsion);
   }
-  if (world.capacities.serialLaunched) {
-    m_solveSerial.launch(queue, {1, 1}, passes, world.counters, world.params, world.slotFirst, world.slots,
-                         world.solverMasses, world.solverBodies, world.rows, world.tangent2, world.torsion);
-  }
+  const size_t group = queue.device().groupSize();
+  m_solveRest.launch(queue, {group, group}, world.capacities.colourLaunches, passes, world.counters, world.params,
+                     world.slotFirst, world.slots, world.solverMasses, world.solverBodies, world.rows, world.tangent2,
+                     world.torsion);
 }
 
 void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iteration) {

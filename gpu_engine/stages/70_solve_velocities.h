@@ -7,9 +7,9 @@
 namespace btgpu {
 
 // Coloured projected Gauss-Seidel: warm start, then in every iteration all joint rows, all normal rows, all friction
-// rows, all torsional rows, colour by colour. Joints that want more iterations than the world get them afterwards, alone.
-// Reads slots, joints, solverMasses; changes rows, jointImpulses[] and solverBodies[]; writes the impulses of contacts
-// into manifolds[].
+// rows, all torsional rows, colour by colour. Joints that want more iterations than the world get them afterwards,
+// alone. Reads slots, joints, solverMasses; changes rows, jointImpulses[] and solverBodies[]; writes the impulses of
+// contacts into manifolds[].
 class SolveVelocities {
  public:
   explicit SolveVelocities(ComputeDevice& device);
@@ -18,7 +18,7 @@ class SolveVelocities {
  private:
   void solveAll(Queue& queue, DeviceWorld& world, uint passes);
   void solveJoints(Queue& queue, DeviceWorld& world, uint iteration);
-  Kernel m_solveColour, m_solveSerial, m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
+  Kernel m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
 };
 
 }  // namespace btgpu

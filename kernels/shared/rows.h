@@ -64,6 +64,7 @@ STRUCT(SlotHeader) {
 
 #define COLOUR_LIMIT 64                 // colours solved in parallel; what needs more goes to the serial batch
 #define COLOUR_SERIAL COLOUR_LIMIT      // index of the serial batch in the colour tables
+#define SMALL_COLOUR 256                // a colour of no more constraints is done before others have come to help
 #define COLOUR_TABLE (COLOUR_LIMIT + 2)  // colours, serial batch, end
 #define COLOUR_NONE 0xffffffffu
 

@@ -31,18 +31,15 @@ STRUCT(StepParams) {
   float maxGyroscopicForce;
   float contactThreshold;     // gContactBreakingThreshold: AABBs grow by it
   float deactivationTime;     // gDeactivationTime
-  uint colourLaunches;        // parallel colours that the host launches in this step
-  uint serialLaunched;        // 1 if the serial batch is launched too
   uint hostManifoldCount;     // manifolds of the host behind those of the pairs
+  uint unused[2];
 };
 
 // Bits of StepCounters.overflow: what was too small. Every later kernel of the step returns at once, and the
 // host repeats the step with larger arrays; the state that the step started from is still untouched.
 #define OVERFLOW_PAIRS 1u
 #define OVERFLOW_SLOTS 2u
-#define OVERFLOW_COLOURS 4u
-#define OVERFLOW_ROUNDS 8u
-#define OVERFLOW_SERIAL 16u
+#define OVERFLOW_ROUNDS 4u
 
 // One block of counters, read back once at the end of the step.
 STRUCT(StepCounters) {
@@ -60,7 +57,8 @@ STRUCT(StepCounters) {
   uint outOfBounds;       // bodies disabled because their AABB is too large
   uint touchingCount;     // manifolds with points, if the host wants contacts
   uint freshCount;        // of these, not carried over from the last step
-  uint unused[2];
+  uint largeColours;      // colours up to the last one that is worth a launch of its own
+  uint unused;
 };
 
 BTGPU_END

@@ -101,14 +101,14 @@
     FIELD(StepParams, warmStartingFactor) FIELD(StepParams, sor)                                            \
     FIELD(StepParams, restitutionVelocityThreshold) FIELD(StepParams, maxGyroscopicForce)                   \
     FIELD(StepParams, contactThreshold) FIELD(StepParams, deactivationTime)                                 \
-    FIELD(StepParams, colourLaunches) FIELD(StepParams, serialLaunched)                                     \
-    FIELD(StepParams, hostManifoldCount)                                                                    \
+    FIELD(StepParams, hostManifoldCount) FIELD(StepParams, unused)                                          \
   SIZE(StepCounters, 64)                                                                                    \
     FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \
     FIELD(StepCounters, uncoloured) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
     FIELD(StepCounters, quarantined) FIELD(StepCounters, boxOverlaps) FIELD(StepCounters, outOfBounds)      \
-    FIELD(StepCounters, touchingCount) FIELD(StepCounters, freshCount) FIELD(StepCounters, unused)
+    FIELD(StepCounters, touchingCount) FIELD(StepCounters, freshCount) FIELD(StepCounters, largeColours) \
+    FIELD(StepCounters, unused)
 // clang-format on
 
 #endif

@@ -125,25 +125,25 @@ KERNEL colourChoose(uint round, uint constraintCapacity, __global StepCounters* 
 // After the constraints are sorted by colour (colours[], order[]): where each colour begins among them, from
 // colourFirst[c] on, and among the slots, from slotFirst[c] on. A parallel colour fills whole blocks of lanes.
 // Single work item. Uncoloured constraints sort last.
-SINGLE_KERNEL layoutColours(uint slotCapacity, __global const StepParams* params, __global const uint* colourFirst,
-                            __global uint* slotFirst, __global StepCounters* counters) {
-  uint next = 0, used = 0;
+SINGLE_KERNEL layoutColours(uint slotCapacity, __global const uint* colourFirst, __global uint* slotFirst,
+                            __global StepCounters* counters) {
+  uint next = 0, used = 0, large = 0;
   for (uint c = 0; c <= COLOUR_SERIAL; ++c) {
     const uint size = colourFirst[c + 1] - colourFirst[c];
     slotFirst[c] = next;
     next += (size + BTGPU_LANES - 1) / BTGPU_LANES * BTGPU_LANES;
     if (size && c < COLOUR_SERIAL) used = c + 1;
+    if (size > SMALL_COLOUR && c < COLOUR_SERIAL) large = c + 1;
   }
   slotFirst[COLOUR_SERIAL + 1] = next;
   if (counters->overflow) return;
   counters->colourCount = used;
+  counters->largeColours = large;
   counters->serialCount = colourFirst[COLOUR_SERIAL + 1] - colourFirst[COLOUR_SERIAL];
   counters->uncoloured = counters->constraintCount - colourFirst[COLOUR_SERIAL + 1];
   counters->slotCount = next;
   if (counters->uncoloured) counters->overflow |= OVERFLOW_ROUNDS;
   if (next > slotCapacity) counters->overflow |= OVERFLOW_SLOTS;
-  if (used > params->colourLaunches) counters->overflow |= OVERFLOW_COLOURS;
-  if (counters->serialCount && !params->serialLaunched) counters->overflow |= OVERFLOW_SERIAL;
 }
 
 // Headers in slot order; lanes without a constraint get an empty one.

@@ -147,36 +147,60 @@ static void solveSlot(uint slot, uint passes, uint flags, __global const SlotHea
   if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(h, r, bodies, &s);
 }
 
+// What a work item takes at once: on the CPU shape BTGPU_WIDE slots in vectors, but for torsional rows.
+static uint slotsAtOnce(uint passes) {
+#ifdef BTGPU_SHAPE_CPU
+  return passes & PASS_TORSION ? 1 : BTGPU_WIDE;
+#else
+  return 1;
+#endif
+}
+
+static void solveSlots(uint slot, uint passes, uint flags, __global const SlotHeader* slots,
+                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                       __global float* tangent2, __global float* torsion) {
+#ifdef BTGPU_SHAPE_CPU
+  if (!(passes & PASS_TORSION)) {
+    solveWide(passes, flags & STEP_SPLIT_IMPULSE, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
+              flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
+    return;
+  }
+#endif
+  solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+}
+
 // Solves the slots of one parallel colour.
 KERNEL solveColour(uint colour, uint passes, __global const StepCounters* counters, __global const StepParams* params,
                    __global const uint* slotFirst, __global const SlotHeader* slots,
                    __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                    __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
-  const uint first = slotFirst[colour], flags = params->flags;
-#ifdef BTGPU_SHAPE_CPU
-  if (!(passes & PASS_TORSION)) {
-    FOR_EACH(i, (slotFirst[colour + 1] - first) / BTGPU_WIDE) {
-      const uint slot = first + i * BTGPU_WIDE;
-      solveWide(passes, flags & STEP_SPLIT_IMPULSE, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
-                flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
-    }
-    return;
-  }
-#endif
-  FOR_EACH(i, slotFirst[colour + 1] - first) {
-    solveSlot(first + i, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+  const uint first = slotFirst[colour], flags = params->flags, step = slotsAtOnce(passes);
+  FOR_EACH(i, (slotFirst[colour + 1] - first) / step) {
+    solveSlots(first + i * step, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
 }
 
-// Solves the serial batch, one slot after the other. Single work item.
-SINGLE_KERNEL solveSerial(uint passes, __global const StepCounters* counters, __global const StepParams* params,
-                          __global const uint* slotFirst, __global const SlotHeader* slots,
-                          __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
-                          __global float* tangent2, __global float* torsion) {
+// Solves all colours from firstColour on, however many there are, one after the other, and then the serial batch, slot
+// by slot. One work group.
+KERNEL solveRest(uint firstColour, uint passes, __global const StepCounters* counters,
+                 __global const StepParams* params, __global const uint* slotFirst, __global const SlotHeader* slots,
+                 __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                 __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
-  for (uint i = slotFirst[COLOUR_SERIAL]; i < slotFirst[COLOUR_SERIAL + 1]; ++i) {
-    solveSlot(i, passes, params->flags, slots, masses, bodies, rows, tangent2, torsion);
+  const uint flags = params->flags, colours = counters->colourCount, step = slotsAtOnce(passes);
+  for (uint colour = firstColour; colour < colours; ++colour) {
+    const uint first = slotFirst[colour], end = slotFirst[colour + 1];
+    for (uint slot = first + get_local_id(0) * step; slot < end; slot += GROUP_SIZE * step) {
+      solveSlots(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    }
+#ifndef BTGPU_SHAPE_CPU
+    barrier(CLK_GLOBAL_MEM_FENCE);
+#endif
+  }
+  if (get_local_id(0) != 0) return;
+  for (uint slot = slotFirst[COLOUR_SERIAL]; slot < slotFirst[COLOUR_SERIAL + 1]; ++slot) {
+    solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
 }
 

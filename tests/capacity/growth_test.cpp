@@ -19,7 +19,7 @@ bool gpuShape() {
 
 // Room for `pairs`, all of them in contact, in any number of colours.
 Capacities roomFor(size_t bodies, size_t pairs, uint rounds = 100) {
-  return {bodies, pairs, pairs + (COLOUR_LIMIT + 1) * BTGPU_LANES, COLOUR_LIMIT, rounds, true};
+  return {bodies, pairs, pairs + (COLOUR_LIMIT + 1) * BTGPU_LANES, COLOUR_LIMIT, rounds};
 }
 
 // The first `count` bodies of `all`, those from `known` on new.
@@ -168,7 +168,7 @@ TEST_F(Growth, ManyConstraintsOnOneBody) {
     EXPECT_EQ(r.counters.constraintCount, n);
     EXPECT_EQ(r.counters.colourCount, std::min<uint>(n, COLOUR_LIMIT));
     EXPECT_EQ(r.counters.serialCount, n > COLOUR_LIMIT ? n - COLOUR_LIMIT : 0u);
-    EXPECT_GE(r.redos, 1) << what << ": no launch was missing";
+    if (n > 60) { EXPECT_GE(r.redos, 1) << what << ": each colour needs a block of slots, and there were enough"; }
     EXPECT_EQ(stepBoth(engine, roomy, input, what).redos, 0) << what;
   }
 }
@@ -243,10 +243,8 @@ class ExactRoom : public Growth {
     Capacities exact = plenty;
     exact.pairs = c.pairCount;
     exact.slots = c.slotCount;
-    exact.colourLaunches = c.colourCount;
     // Who finds no colour left is told so in a round after the last in which anyone chose.
     exact.colourRounds = c.colourRounds + (c.serialCount > 0 ? 1 : 0);
-    exact.serialLaunched = c.serialCount > 0;
     expectFits(world, exact, expected, "all exact");
 
     Capacities less = exact;
@@ -256,15 +254,7 @@ class ExactRoom : public Growth {
     less.slots -= BTGPU_LANES;
     expectOverflow(world, less, OVERFLOW_SLOTS, "slots");
     less = exact;
-    --less.colourLaunches;
-    expectOverflow(world, less, OVERFLOW_COLOURS, "colours");
-    if (c.serialCount > 0) {
-      less = exact;
-      less.serialLaunched = false;
-      expectOverflow(world, less, OVERFLOW_SERIAL, "serial batch");
-    }
     if (gpuShape()) {
-      less = exact;
       --less.colourRounds;
       RoomyWorld short_(queue(), less);
       EXPECT_TRUE(short_.step(world, settings()).counters.overflow & OVERFLOW_ROUNDS);
@@ -280,14 +270,13 @@ TEST_F(ExactRoom, HeapSmall) {
   quick.iterations = 1;
   quick.warmStarting = false;
   const WorldInput world = heap(10, 2);
-  Capacities room{10, 64, 512, 8, 16, false};
+  Capacities room{10, 64, 512, 8, 16};
   RoomyWorld plenty(queue(), room);
   const StepCounters c = plenty.step(world, quick).counters;
   ASSERT_EQ(c.overflow, 0u);
   ASSERT_GT(c.pairCount, 16u);
   room.pairs = c.pairCount;
   room.slots = c.slotCount;
-  room.colourLaunches = c.colourCount;
   room.colourRounds = c.colourRounds;
   RoomyWorld exact(queue(), room);
   EXPECT_EQ(exact.step(world, quick).counters.overflow, 0u);

@@ -58,7 +58,7 @@ class ApplyForcesTest : public DeviceTest {
 
   void expectAsReference(const WorldInput& in, const StepSettings& settings = {}) {
     const auto steps = device(in, settings);
-    const auto expected = reference(in, makeStepParams(settings, {}, false));
+    const auto expected = reference(in, makeStepParams(settings, false));
     for (size_t i = 0; i < steps.size(); ++i) expectSame(steps[i], expected[i], settings.timeStep, i);
   }
 
@@ -302,7 +302,7 @@ TEST(ApplyForcesReference, AgreesWithBullet) {
   b.addRandom(random, what);
   addRandomMotion(random, b);
   const WorldInput in = b.finish();
-  const StepParams params = makeStepParams({}, {}, false);
+  const StepParams params = makeStepParams({}, false);
   const auto steps = applyForcesReference(params, in.infos.values, in.poses.values, in.velocities.values,
                                           in.forces.values, in.masses.values, in.dampings.values);
   const auto distance = [](float4 a, const btVector3& e) { return (toBullet(a) - e).length(); };

@@ -45,7 +45,7 @@ class UpdateAabbsTest : public DeviceTest {
   }
 
   static UpdatedAabbs reference(const Stage20Input& in, const StepSettings& settings) {
-    return updateAabbsReference(makeStepParams(settings, {}, false), in.world.infos.values, in.world.shapes.values,
+    return updateAabbsReference(makeStepParams(settings, false), in.world.infos.values, in.world.shapes.values,
                                 in.world.poses.values, in.steps, in.world.activations.values, in.oldAabbs,
                                 in.world.hostAabbs);
   }
@@ -380,7 +380,7 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
     StepSettings settings;
     settings.useContinuous = continuous;
     const auto out =
-        updateAabbsReference(makeStepParams(settings, {}, false), in.infos.values, in.shapes.values, in.poses.values,
+        updateAabbsReference(makeStepParams(settings, false), in.infos.values, in.shapes.values, in.poses.values,
                              steps, in.activations.values, std::vector<Aabb>(in.bodyCount, kNone));
     EXPECT_EQ(out.outOfBounds, 1u);
     for (uint i = 0; i < in.bodyCount; ++i) {

@@ -113,7 +113,7 @@ class BuildIslandsTest : public DeviceTest {
     const WorldInput in = scene.builder.finish();
     std::vector<Manifold> manifolds = scene.manifolds;
     manifolds.insert(manifolds.end(), scene.hostManifolds.begin(), scene.hostManifolds.end());
-    return buildIslandsReference(makeStepParams(scene.settings, {}, false), in.infos.values, scene.steps,
+    return buildIslandsReference(makeStepParams(scene.settings, false), in.infos.values, scene.steps,
                                  in.activations.values, scene.pairs, manifolds, scene.joints.joints);
   }
 

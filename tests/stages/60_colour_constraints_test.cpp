@@ -39,9 +39,7 @@ Capacities enough(const ColourScene& scene) {
   Capacities room;
   room.pairs = std::max<size_t>(1, scene.manifolds.size());
   room.slots = scene.constraints.size() + (COLOUR_LIMIT + 1) * BTGPU_LANES;
-  room.colourLaunches = COLOUR_LIMIT;
   room.colourRounds = scene.constraints.size() > 60 ? 100 : 20;  // few where Oclgrind interprets them
-  room.serialLaunched = true;
   return room;
 }
 
@@ -82,6 +80,7 @@ class ColourConstraintsTest : public DeviceTest {
     const ColoursReference expected = colourConstraintsReference(scene.constraints, scene.manifolds, scene.steps);
     EXPECT_EQ(actual.counters.overflow, 0u);
     EXPECT_EQ(actual.counters.colourCount, expected.colourCount);
+    EXPECT_EQ(actual.counters.largeColours, expected.largeColours);
     EXPECT_EQ(actual.counters.serialCount, expected.serialCount);
     EXPECT_EQ(actual.counters.slotCount, expected.slots.size());
     EXPECT_EQ(actual.counters.uncoloured, 0u);
@@ -205,6 +204,15 @@ TEST_F(ColourConstraintsTest, TriangleSmall) {
   EXPECT_EQ(expectAsReference(scene).counters.colourCount, 3u);
 }
 
+// Pairs apart from each other all get the first colour.
+TEST_F(ColourConstraintsTest, LargeColours) {
+  for (const uint pairs : {SMALL_COLOUR, SMALL_COLOUR + 1}) {
+    ColourScene scene(2 * pairs);
+    for (uint i = 0; i < pairs; ++i) scene.add(2 * i, 2 * i + 1);
+    EXPECT_EQ(expectAsReference(scene).counters.largeColours, pairs > SMALL_COLOUR ? 1u : 0u);
+  }
+}
+
 // A body with more constraints than there are colours: the rest goes to the serial batch.
 ColourScene star(uint arms) {
   ColourScene scene(arms + 2);
@@ -272,34 +280,6 @@ TEST_F(ColourConstraintsTest, SlotOverflowSmall) {
   EXPECT_EQ(c.counters.overflow, OVERFLOW_SLOTS);
   EXPECT_EQ(c.counters.slotCount, 3u * BTGPU_LANES) << "what is needed";
   EXPECT_TRUE(StageBench::isPoison(c.slots[0]));
-}
-
-TEST_F(ColourConstraintsTest, ColourOverflowSmall) {
-  const ColourScene scene = star(3);
-  Capacities room = enough(scene);
-  room.colourLaunches = 3;
-  EXPECT_EQ(colour(scene, room).counters.overflow, 0u) << "just enough";
-  room.colourLaunches = 2;
-  const Colours c = colour(scene, room);
-  EXPECT_EQ(c.counters.overflow, OVERFLOW_COLOURS);
-  EXPECT_EQ(c.counters.colourCount, 3u) << "what is needed";
-}
-
-TEST_F(ColourConstraintsTest, SerialOverflow) {
-  Capacities room = enough(star(65));
-  room.serialLaunched = false;
-  EXPECT_EQ(colour(star(64), room).counters.overflow, 0u);
-  const Colours c = colour(star(65), room);
-  EXPECT_EQ(c.counters.overflow, OVERFLOW_SERIAL);
-  EXPECT_EQ(c.counters.serialCount, 1u);
-}
-
-TEST_F(ColourConstraintsTest, SeveralOverflows) {
-  Capacities room = enough(star(70));
-  room.slots = BTGPU_LANES;
-  room.colourLaunches = 1;
-  room.serialLaunched = false;
-  EXPECT_EQ(colour(star(70), room).counters.overflow, OVERFLOW_SLOTS | OVERFLOW_COLOURS | OVERFLOW_SERIAL);
 }
 
 // The CPU shape colours in one pass; the GPU shape needs as many rounds as it counts, and says so if there

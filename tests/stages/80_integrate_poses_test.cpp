@@ -79,7 +79,7 @@ class IntegratePosesTest : public DeviceTest {
     const Poses actual = device(scene);
     const PosesReference was = before(scene);
     PosesReference expected = was;
-    integratePosesReference(makeStepParams(scene.settings, {}, false), scene.steps, scene.solverBodies, scene.solved,
+    integratePosesReference(makeStepParams(scene.settings, false), scene.steps, scene.solverBodies, scene.solved,
                             scene.builder.finish().activations.values, expected);
     EXPECT_EQ(actual.quarantined, expected.quarantined);
     for (uint i = 0; i < scene.bodyCount(); ++i) {
@@ -268,7 +268,7 @@ TEST_F(IntegratePosesTest, NothingAfterOverflowSmall) {
   scene.steps[scene.add()].linearVelocity = {60, kNan, 0, 1};
   scene.steps[scene.add()].linearVelocity = {60, 0, 0, 1};
   const PosesReference was = before(scene);
-  for (const uint overflow : {OVERFLOW_PAIRS, OVERFLOW_SLOTS, OVERFLOW_COLOURS, OVERFLOW_ROUNDS, OVERFLOW_SERIAL}) {
+  for (const uint overflow : {OVERFLOW_PAIRS, OVERFLOW_SLOTS, OVERFLOW_ROUNDS}) {
     const Poses p = device(scene, overflow);
     EXPECT_EQ(p.quarantined, 0u);
     for (uint i = 0; i < 2; ++i) {

@@ -56,7 +56,7 @@ class UpdateActivationTest : public DeviceTest {
     const Sleep actual = device(scene);
     const WorldInput in = scene.builder.finish();
     Sleep expected = {in.activations.values, in.velocities.values};
-    updateActivationReference(makeStepParams(scene.settings, {}, false), in.infos.values, in.dampings.values,
+    updateActivationReference(makeStepParams(scene.settings, false), in.infos.values, in.dampings.values,
                               expected.velocities, expected.activations);
     for (uint i = 0; i < scene.bodyCount(); ++i) {
       EXPECT_EQ(actual.activations[i].state, expected.activations[i].state) << "body " << i;

@@ -21,7 +21,7 @@ class RoomyWorld {
     m_world.upload(m_queue, input);
     m_queue.finish();
     m_before = state();
-    m_world.params.copyFromHost(m_queue, {makeStepParams(settings, m_world.capacities, traits.torsionRows)});
+    m_world.params.copyFromHost(m_queue, {makeStepParams(settings, traits.torsionRows)});
     m_world.counters.copyFromHost(m_queue, {StepCounters{}});
     m_pipeline.enqueueStep(m_queue, m_world, settings, traits);
 

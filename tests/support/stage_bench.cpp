@@ -10,12 +10,11 @@ namespace btgpu {
 namespace {
 
 constexpr size_t kPairsPerBody = 8, kMinPairs = 64;
-constexpr uint kColours = 16, kRounds = 64;
+constexpr uint kRounds = 64;
 
 Capacities withDefaults(Capacities c, size_t bodies) {
   c.bodies = std::max(c.bodies, bodies);
   if (c.pairs == 0) c.pairs = std::max(kMinPairs, kPairsPerBody * bodies);
-  if (c.colourLaunches == 0) c.colourLaunches = kColours;
   if (c.colourRounds == 0) c.colourRounds = kRounds;
   // Each colour and the serial batch may need a block of its own on top of the constraints.
   if (c.slots == 0) c.slots = c.pairs + (COLOUR_LIMIT + 1) * BTGPU_LANES;
@@ -30,7 +29,7 @@ StageBench::StageBench(Queue& queue, const WorldInput& input, const StepSettings
   m_world.reserve(queue, withDefaults(wanted, input.bodyCount), settings.twoFrictionDirections, torsionRows);
   m_world.upload(queue, input);
   queue.finish();
-  setParams(makeStepParams(settings, m_world.capacities, torsionRows));
+  setParams(makeStepParams(settings, torsionRows));
   setCounters({});
 }
 
