@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "gpu_engine/opencl/device_array.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "kernels/shared/contact.h"
@@ -146,6 +147,23 @@ TEST_F(DeviceArrayTest, HoldsStructs) {
     EXPECT_EQ(host[i].bodyA, i);
     EXPECT_EQ(host[i].points[3].flags, static_cast<int>(i * 2));
   }
+}
+
+// What the host sees of an array in place: the first elements, also after the array has changed and grown.
+TEST_F(DeviceArrayTest, IsSeenInPlace) {
+  DeviceArray<uint> array("seen array", Placement::HostVisible);
+  HostView<uint> view;
+  for (const uint size : {100u, 7u, 5000u}) {
+    view.unmap(queue());
+    auto values = iota(size);
+    for (uint& v : values) v += size;
+    array.copyFromHost(queue(), values);
+    view.map(queue(), array, size - 1);
+    queue().finish();
+    EXPECT_TRUE(std::equal(values.begin(), values.end() - 1, view.data())) << size;
+  }
+  view.map(queue(), array, 0);
+  EXPECT_EQ(view.data(), nullptr);
 }
 
 // More than any device has: the error names the array, and the array stays usable.
