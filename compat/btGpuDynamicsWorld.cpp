@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "btGpuDynamicsWorld.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -106,6 +107,7 @@ void keepStatistics(WorldState& state) {
   const btgpu::StepCounters& c = state.results.counters;
   btGpuStatistics& s = state.statistics;
   ++s.m_deviceSteps;
+  if (state.results.prefetched) ++s.m_prefetchedSteps;
   s.m_repeatedSteps += static_cast<unsigned long long>(state.results.redos);
   s.m_pairs = c.pairCount;
   s.m_contactManifolds = c.constraintCount;
@@ -184,10 +186,31 @@ const char* btGpuDynamicsWorld::overriddenStage() const {
 
 bool btGpuDynamicsWorld::overridesUpdateAabbs() const { return overrides(this, &btGpuDynamicsWorld::updateAabbs); }
 
+// True if between two substeps of a stepSimulation the application gets to see and change bodies at most, by their
+// motion states: then contacts and the host's broadphase are brought up to date after the last substep only, and the
+// device goes on meanwhile.
+bool btGpuDynamicsWorld::mayBatchSubsteps() {
+  const auto state = btgpu::findState(this);
+  const btGpuSettings& settings = state->settings;
+  // Of bodies at rest the broadphase would miss how they came there.
+  const bool hostAabbs = settings.m_hostQueries && (!getForceUpdateAllAabbs() || overridesUpdateAabbs());
+  return !m_internalPreTickCallback && !m_internalTickCallback && m_actions.size() == 0 && m_constraints.size() == 0 &&
+         state->reader.hostShares().empty() && !btgpu::hasPairCallback(*this) && !hostAabbs &&
+         !settings.m_keepContacts &&
+         !(settings.m_contacts && (gContactStartedCallback || gContactEndedCallback || gContactDestroyedCallback)) &&
+         !gContactAddedCallback && !gContactProcessedCallback &&
+         !overrides(this, &btGpuDynamicsWorld::internalSingleStepSimulation) &&
+         !overrides(this, &btGpuDynamicsWorld::synchronizeMotionStates);
+}
+
 void btGpuDynamicsWorld::applyGravity() { btgpu::applyGravityTo(m_nonStaticRigidBodies); }
-void btGpuDynamicsWorld::clearForces() { btgpu::clearForcesOf(m_nonStaticRigidBodies); }
+void btGpuDynamicsWorld::clearForces() {
+  btgpu::findState(this)->substeps.endStepSimulation();
+  btgpu::clearForcesOf(m_nonStaticRigidBodies);
+}
 
 void btGpuDynamicsWorld::saveKinematicState(btScalar timeStep) {
+  btgpu::findState(this)->substeps.startStepSimulation(double(timeStep));
   for (const int i : btgpu::awakeKinematicBodies(m_collisionObjects)) {
     if (i >= m_collisionObjects.size()) break;  // the motion state that was asked last took bodies out
     btRigidBody* body = btRigidBody::upcast(m_collisionObjects[i]);
@@ -247,6 +270,7 @@ std::vector<btGpuStageTime> btGpuDynamicsWorld::takeProfile() {
 
 void btGpuDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
   BT_PROFILE("internalSingleStepSimulation");
+  btgpu::findState(this)->substeps.startSubstep(double(timeStep));
   if (m_internalPreTickCallback) (*m_internalPreTickCallback)(this, timeStep);
   if (!deviceStep(timeStep)) {
     stockStep(timeStep);
@@ -275,6 +299,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   Stopwatch watch;
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
+  if (missing.empty() && (state->reader.hostBodiesChanged() || !state->reader.hostShares().empty())) catchUpContacts();
   // Not before it is known that the step runs on the device: callbacks of the narrowphase would be called twice.
   if (missing.empty()) hostPairsDone = findHostContacts(timeStep, hostPairsDone, missing);
   if (missing.empty()) state->joints.read(*this, timeStep, state->reader, missing);
@@ -304,6 +329,8 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
   settings.keepContacts = state->settings.m_keepContacts;
+  if (!hostPairsDone && mayBatchSubsteps()) settings.substepsToFollow = state->substeps.toFollow();
+  const bool last = settings.substepsToFollow == 0;
   getSolverInfo().m_timeStep = timeStep;
 
   const double reading = watch.lap();
@@ -312,7 +339,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the
     // solver.
     try {
-      if (state->settings.m_hostQueries && !hostPairsDone) updateHostBroadphase(timeStep);
+      if (last && state->settings.m_hostQueries && !hostPairsDone) updateHostBroadphase(timeStep);
     } catch (...) {
       abandonStep(*state);
       throw;
@@ -329,10 +356,11 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     return false;
   }
   state->hostContacts.writeBack(state->results);
-  if (contacts) {
+  if (contacts && last) {
     state->contacts.write(*this, state->reader, state->results, state->hostContacts.manifoldCount(),
                           !state->settings.m_hostQueries);
   }
+  state->contactsBehind = contacts && !last;
   btgpu::writeBackJoints(*this, state->joints, input, state->results, timeStep);
   btgpu::writeBackBodies(state->reader, state->results, timeStep);
   state->reader.acceptResults(state->results);
@@ -360,6 +388,32 @@ bool btGpuDynamicsWorld::findHostContacts(btScalar timeStep, bool hostPairsDone,
   return true;
 }
 
+// Brings the dispatcher's manifolds to where the last substep left them, if that was not the last of its batch:
+// something in between made the host's part in the next one larger.
+void btGpuDynamicsWorld::catchUpContacts() {
+  const auto state = btgpu::findState(this);
+  if (!state->contactsBehind || !state->engine) return;
+  std::vector<btgpu::Manifold> manifolds;
+  if (state->engine->readManifolds(manifolds) != btgpu::Status::Ok) return;
+  state->contactsBehind = false;
+  const auto& born = state->reader.input().born;
+  const auto isGone = [&](std::uint32_t slot) {
+    return !state->reader.slots()[slot].object || std::binary_search(born.begin(), born.end(), slot);
+  };
+  btgpu::StepResults results;
+  std::vector<btgpu::Manifold> touching;
+  for (const btgpu::Manifold& m : manifolds) {
+    if (m.pointCount == 0 || isGone(m.bodyA) || isGone(m.bodyB)) continue;
+    results.contactKeys.push_back(btgpu::pairKeyOf(m.bodyA, m.bodyB));
+    touching.push_back(m);
+  }
+  results.contacts = {touching.data(), touching.size()};
+  state->contacts.forget();
+  state->contacts.write(*this, state->reader, results, state->hostContacts.manifoldCount(),
+                        !state->settings.m_hostQueries);
+  state->contacts.forget();
+}
+
 // What stock's step does for the broadphase: AABBs that cover the predicted motion, then the overlapping
 // pairs.
 void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
@@ -385,6 +439,11 @@ void btGpuDynamicsWorld::giveIslandTags() {
 
 void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
   const auto state = btgpu::findState(this);
+  if (state->contactsBehind && state->engine) {
+    btgpu::FallbackList ignored;
+    state->reader.read(*this, ignored, state->fallbacks);
+    catchUpContacts();
+  }
   if (state->lastPath == Path::Device && state->engine && !state->settings.m_contacts) {
     // The contacts come along, so that the stack does not lose its warm start.
     std::vector<btgpu::Manifold> manifolds;

@@ -45,13 +45,17 @@ struct btGpuFallback {
   std::string m_what;              ///< "joints", "Capsule shape", "constraint solver", ...
   std::string m_reason;            ///< why, in words
   unsigned long long m_count = 0;  ///< steps in which it was so (quarantine: bodies)
-  /// True: the whole step ran on the stock path because of it. False: the step ran on the device, and only this on the CPU.
+  /// True: the whole step ran on the stock path because of it. False: the step ran on the device, and only this on the
+  /// CPU.
   bool m_wholeStep = true;
 };
 
 /// Counts since the world was made, and figures of the last step on the device.
 struct btGpuStatistics {
   unsigned long long m_deviceSteps = 0, m_stockSteps = 0;
+  /// Of m_deviceSteps, those that the device had begun before stepSimulation came to them: it runs one substep ahead
+  /// while nothing needs the state in between (docs/pipeline.md, "Substeps").
+  unsigned long long m_prefetchedSteps = 0;
   unsigned long long m_repeatedSteps = 0;  ///< steps done twice because an array on the device was too small
   unsigned m_pairs = 0, m_contactManifolds = 0, m_contactPoints = 0, m_colours = 0;
   int m_launches = 0, m_waits = 0;
@@ -109,9 +113,11 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
  private:
   const char* overriddenStage() const;
   bool overridesUpdateAabbs() const;
+  bool mayBatchSubsteps();
   bool deviceStep(btScalar timeStep);
   bool findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing);
   void updateHostBroadphase(btScalar timeStep);
+  void catchUpContacts();
   void stockStep(btScalar timeStep);
   void giveIslandTags();
 };

@@ -4,13 +4,14 @@
 // state lies in a table keyed by the world's address.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 
 #include "../gpu_engine/engine.h"
+#include "../translation/contact_writer.h"
 #include "../translation/fallback_list.h"
 #include "../translation/host_contacts.h"
-#include "../translation/contact_writer.h"
 #include "../translation/read_joints.h"
 #include "../translation/read_world.h"
 #include "../translation/world_loops.h"
@@ -19,6 +20,32 @@
 BTGPU_TRANSLATION_BEGIN
 
 enum class Path { None, Device, Stock };
+
+// Which substep of a stepSimulation is running. Bullet tells only the time of all of them (saveKinematicState), before
+// the first one.
+class SubstepCount {
+ public:
+  void startStepSimulation(double time) {
+    m_time = time;
+    m_toFollow = 0;
+  }
+  void startSubstep(double timeStep) {
+    if (m_toFollow > 0) --m_toFollow;
+    if (m_time > 0 && timeStep > 0) {
+      // What is no multiple was not said by Bullet's stepSimulation.
+      const double count = std::round(m_time / timeStep);
+      if (count >= 1 && count < 1e6 && std::abs(m_time - count * timeStep) < 1e-3 * timeStep)
+        m_toFollow = static_cast<int>(count) - 1;
+    }
+    m_time = 0;
+  }
+  void endStepSimulation() { startStepSimulation(0); }
+  int toFollow() const { return m_toFollow; }
+
+ private:
+  double m_time = 0;   // 0: not known, or the first substep has begun
+  int m_toFollow = 0;  // after the running one
+};
 
 struct WorldState {
   btGpuSettings settings;
@@ -32,11 +59,14 @@ struct WorldState {
   std::string engineError;  // why there is no engine; it is not tried again until configure()
   StepResults results;      // of the last device step
   Path lastPath = Path::None;
+  SubstepCount substeps;
+  bool contactsBehind = false;  // the dispatcher's manifolds are those of an earlier substep
 
   // The next step reads the whole world anew.
   void forgetWorld() {
     reader.clear();
     contacts.forget();
+    contactsBehind = false;
   }
 
   FallbackList fallbacks;

@@ -188,4 +188,46 @@ void DeviceWorld::swapStepResults() {
   std::swap(oldManifolds, manifolds);
 }
 
+void DeviceWorld::advance(Queue& queue) {
+  spareAabbs.resize(queue, std::max({spareAabbs.size(), aabbs.size(), oldAabbs.size()}));
+  sparePairKeys.resize(queue, std::max({sparePairKeys.size(), keys.size(), oldKeys.size()}));
+  sparePairCount.resize(queue, 1);
+  spareManifolds.resize(queue, std::max({spareManifolds.size(), manifolds.size(), oldManifolds.size()}));
+  swapStepResults();
+  std::swap(aabbs, spareAabbs);
+  std::swap(keys, sparePairKeys);
+  std::swap(pairCount, sparePairCount);
+  std::swap(manifolds, spareManifolds);
+}
+
+void DeviceWorld::retreat() {
+  std::swap(aabbs, spareAabbs);
+  std::swap(keys, sparePairKeys);
+  std::swap(pairCount, sparePairCount);
+  std::swap(manifolds, spareManifolds);
+  swapStepResults();
+}
+
+void DeviceWorld::dropSpare() {
+  spareAabbs = DeviceArray<Aabb>{spareAabbs.name()};
+  sparePairKeys = DeviceArray<ulong>{sparePairKeys.name()};
+  sparePairCount = DeviceArray<uint>{sparePairCount.name()};
+  spareManifolds = DeviceArray<Manifold>{spareManifolds.name()};
+}
+
+bool DeviceWorld::holds(const WorldInput& input) const {
+  return input.bodyCount == bodyCount && input.unchanged() && input.hostAabbs.empty() && input.hostManifolds.empty() &&
+         hostManifoldCount == 0 && input.joints.empty() && jointCount == 0 &&
+         (input.ignoredPairs.empty()
+              ? ignoredCount == 0
+              : input.ignoredPairs.size() == ignoredCount && input.ignoredPairs == m_ignoredPairs);
+}
+
+void DeviceWorld::forgetBodies(Queue& queue) {
+  infos.resize(queue, 0);
+  poses.resize(queue, 0);
+  velocities.resize(queue, 0);
+  activations.resize(queue, 0);
+}
+
 }  // namespace btgpu

@@ -45,6 +45,13 @@ struct DeviceWorld {
   DeviceArray<uint> oldPairCount{"old pair count"};     // 1
   DeviceArray<Manifold> oldManifolds{"old manifolds"};  // pairs
 
+  // A third of each, made when a step is first launched on top of one that still runs: that one's start is kept here,
+  // in case it has to be repeated.
+  DeviceArray<Aabb> spareAabbs{"spare aabbs"};
+  DeviceArray<ulong> sparePairKeys{"spare pair keys"};
+  DeviceArray<uint> sparePairCount{"spare pair count"};
+  DeviceArray<Manifold> spareManifolds{"spare manifolds"};
+
   // ---- one step; length bodies --------------------------------------------------------------------------------------
   DeviceArray<uint> born{"born"};        // host: 1 where the slot's body is newer than the manifolds of the last step
   DeviceArray<BodyStep> steps{"steps"};  // stage 10
@@ -120,6 +127,17 @@ struct DeviceWorld {
 
   // After a successful step: its results become the last step's.
   void swapStepResults();
+
+  // Before a step is launched on top of the running one: the running one's results become the last step's, and what it
+  // started from is put aside. retreat() undoes it.
+  void advance(Queue& queue);
+  void retreat();
+  void dropSpare();
+
+  // True if the world on the device is already what a step from `input` would upload.
+  bool holds(const WorldInput& input) const;
+  // The next upload() brings all of the state that a step changes.
+  void forgetBodies(Queue& queue);
 
  private:
   void uploadHulls(Queue& queue, const HullArrays& hulls);

@@ -15,7 +15,8 @@ WorldTraits traitsOf(const WorldInput& input) {
 }
 
 Pipeline::Pipeline(ComputeDevice& device)
-    : m_applyForces(device),
+    : m_followSubstep(device),
+      m_applyForces(device),
       m_updateAabbs(device),
       m_findPairs(device),
       m_groupPairs(device),
@@ -48,14 +49,14 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   m_reduceAndMatchContacts.enqueue(queue, world);                               // 48
   if (world.hostManifoldCount > 0) m_appendHostContacts.enqueue(queue, world);  // 50
   if (settings.keepContacts) world.keepMatchedManifolds(queue);
-  if (world.jointCount > 0) m_prepareJoints.enqueue(queue, world);                      // 52
-  m_buildIslands.enqueue(queue, world);                                                 // 55
-  m_colourConstraints.enqueue(queue, world);                                            // 60
-  m_prepareContacts.enqueue(queue, world);                                              // 65
-  m_solveVelocities.enqueue(queue, world, settings, traits.torsionRows);                // 70
-  m_integratePoses.enqueue(queue, world);                                               // 80
-  m_updateActivation.enqueue(queue, world);                                             // 90
-  if (settings.contacts) m_gatherContacts.enqueue(queue, world, settings.allContacts);  // 95
+  if (world.jointCount > 0) m_prepareJoints.enqueue(queue, world);                             // 52
+  m_buildIslands.enqueue(queue, world);                                                        // 55
+  m_colourConstraints.enqueue(queue, world);                                                   // 60
+  m_prepareContacts.enqueue(queue, world);                                                     // 65
+  m_solveVelocities.enqueue(queue, world, settings, traits.torsionRows);                       // 70
+  m_integratePoses.enqueue(queue, world);                                                      // 80
+  m_updateActivation.enqueue(queue, world);                                                    // 90
+  if (settings.sendsContacts()) m_gatherContacts.enqueue(queue, world, settings.allContacts);  // 95
 }
 
 }  // namespace btgpu

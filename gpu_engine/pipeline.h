@@ -3,6 +3,7 @@
 #pragma once
 
 #include "device_world.h"
+#include "stages/05_follow_substep.h"
 #include "stages/10_apply_forces.h"
 #include "stages/20_update_aabbs.h"
 #include "stages/30_find_pairs.h"
@@ -42,12 +43,15 @@ class Pipeline {
  public:
   explicit Pipeline(ComputeDevice& device);
   void enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits);
+  // Before a step that is launched on top of one whose outcome the host does not know yet, in place of new counters.
+  void enqueueFollow(Queue& queue, DeviceWorld& world) { m_followSubstep.enqueue(queue, world); }  // 05
   // After a step that succeeded: brings the contacts that its counters tell of.
   void enqueueContactReads(Queue& queue, DeviceWorld& world, StepResults& results) {
     m_gatherContacts.enqueueReads(queue, world, results);
   }
 
  private:
+  FollowSubstep m_followSubstep;
   ApplyForces m_applyForces;
   UpdateAabbs m_updateAabbs;
   FindPairs m_findPairs;

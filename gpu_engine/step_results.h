@@ -35,8 +35,8 @@ struct StepResults {
   std::vector<Manifold> matchedManifolds;  // as the solver got them, impulses of the last step
   std::vector<Manifold> manifolds;         // after the step
 
-  // With StepSettings::contacts: the manifolds that have points, in the order of the pairs. A carried one, between two
-  // bodies that were not active (CONTACT_CARRIED in its key), is the same as after the last step and not sent again.
+  // With StepSettings::sendsContacts(): the manifolds that have points, in the order of the pairs. A carried one,
+  // between two bodies that were not active (CONTACT_CARRIED in its key), is as it was last sent and not sent again.
   std::vector<ulong> contactKeys;       // pairKeyOf(its bodies), ascending
   ManifoldView contacts;                // those not carried, in the same order; impulses of this step
   std::vector<Manifold> hostManifolds;  // as WorldInput::hostManifolds, with the impulses of this step
@@ -46,9 +46,10 @@ struct StepResults {
   std::vector<float> jointImpulses;  // impulse of each row
 
   StepCounters counters{};
-  int redos = 0;     // how often the step was repeated because an array was too small
-  int launches = 0;  // kernels launched
-  int waits = 0;     // times the host waited for the device
+  bool prefetched = false;  // the step was already under way when it was begun
+  int redos = 0;            // how often the step was repeated because an array was too small
+  int launches = 0;         // kernels launched
+  int waits = 0;            // times the host waited for the device
 };
 
 }  // namespace btgpu

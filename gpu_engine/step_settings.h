@@ -4,6 +4,8 @@
 // btDispatcherInfo, and the globals named in the comments).
 #pragma once
 
+#include <tuple>
+
 #include "../kernels/shared/step.h"
 
 namespace btgpu {
@@ -31,6 +33,32 @@ struct StepSettings {
   bool contacts = false;        // StepResults::contactKeys and ::contacts are wanted
   bool allContacts = false;     // ... with those that did not change since the last step
   bool keepContacts = false;    // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
+
+  // Substeps that follow at once and will want the same settings, one fewer each: the engine may start the next one
+  // ahead. Contacts are sent after the last of them.
+  int substepsToFollow = 0;
+
+  bool sendsContacts() const { return contacts && substepsToFollow == 0; }
+  // Those of the substep that follows.
+  StepSettings following() const {
+    StepSettings next = *this;
+    --next.substepsToFollow;
+    return next;
+  }
 };
+
+inline bool operator==(const StepSettings& a, const StepSettings& b) {
+  static_assert(sizeof(StepSettings) == 76, "a new setting has to be compared below");
+  const auto all = [](const StepSettings& s) {
+    return std::tie(s.timeStep, s.iterations, s.erp2, s.globalCfm, s.sor, s.splitImpulse,
+                    s.splitImpulsePenetrationThreshold, s.splitImpulseTurnErp, s.linearSlop, s.warmStartingFactor,
+                    s.restitutionVelocityThreshold, s.maxGyroscopicForce, s.warmStarting, s.twoFrictionDirections,
+                    s.frictionDirectionCaching, s.velocityDependentFriction, s.interleaveContactAndFriction,
+                    s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
+                    s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts,
+                    s.substepsToFollow);
+  };
+  return all(a) == all(b);
+}
 
 }  // namespace btgpu

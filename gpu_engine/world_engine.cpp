@@ -28,9 +28,7 @@ WorldEngine::WorldEngine(const EngineSettings& settings)
       m_device(ComputeDevice::open(settings.device)),
       m_queue(m_device, settings.profile),
       m_pipeline(*m_device),
-      m_world(std::make_unique<DeviceWorld>()),
-      m_params(1),
-      m_counters(1) {}
+      m_world(std::make_unique<DeviceWorld>()) {}
 
 WorldEngine::~WorldEngine() {
   try {
@@ -42,6 +40,8 @@ WorldEngine::~WorldEngine() {
 void WorldEngine::reset() {
   m_queue.finish();
   m_world = std::make_unique<DeviceWorld>();
+  m_ahead = Ahead::None;
+  m_contactsUnseen = false;
 }
 
 void WorldEngine::makeRoom(size_t bodyCount) {
@@ -56,63 +56,155 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
   }
-  m_world->reserve(m_queue, wanted, m_settings.twoFrictionDirections, m_traits.torsionRows);
+  m_world->reserve(m_queue, wanted, m_flights[m_current].settings.twoFrictionDirections, m_traits.torsionRows);
 }
 
 void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
-  m_settings = settings;
-  m_launchesBefore = m_queue.launches();
   m_waitsBefore = m_queue.waits();
-  m_traits = traitsOf(input);
-  makeRoom(input.bodyCount);
-  m_world->upload(m_queue, input);
-  if (!settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
-  enqueue();
+  m_prefetched = adoptAhead(input, settings);
+  if (!m_prefetched) {
+    throwAheadAway();
+    Flight& flight = m_flights[m_current];
+    flight.settings = settings;
+    flight.contactsUnseen = m_contactsUnseen && !input.replaceManifolds;
+    m_traits = traitsOf(input);
+    makeRoom(input.bodyCount);
+    m_world->upload(m_queue, input);
+    if (!settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
+    makeRoomFor(flight);
+    enqueue(flight, false);
+  }
+  if (mayRunAhead(input)) runAhead();
 }
 
-void WorldEngine::enqueue() {
-  m_params.assign(1, makeStepParams(m_settings, m_traits.torsionRows));
-  m_params.front().hostManifoldCount = m_world->hostManifoldCount;
-  m_counters.assign(1, StepCounters{});
-  m_world->params.copyFromHost(m_queue, m_params, false);
-  m_world->counters.copyFromHost(m_queue, m_counters, false);
-  if (m_world->bodyCount > 0) m_pipeline.enqueueStep(m_queue, *m_world, m_settings, m_traits);
+// True if the step that is asked for is the one that is under way.
+bool WorldEngine::adoptAhead(const WorldInput& input, const StepSettings& settings) {
+  const int next = 1 - m_current;
+  if (m_ahead != Ahead::Running || !(m_flights[next].settings == settings) || !m_world->holds(input)) return false;
+  m_current = next;
+  m_ahead = Ahead::None;
+  return true;
+}
+
+// The results of the last finished step are in place; its bodies come from the input once more.
+void WorldEngine::throwAheadAway() {
+  if (m_ahead == Ahead::None) return;
+  m_ahead = Ahead::None;
+  m_queue.finish();
+  m_world->forgetBodies(m_queue);
+  if (!m_aheadAllowed) m_world->dropSpare();
+}
+
+// Whether the next substep can be known to start from nothing but what this one leaves on the device.
+bool WorldEngine::mayRunAhead(const WorldInput& input) const {
+  const StepSettings& s = m_flights[m_current].settings;
+  return s.substepsToFollow > 0 && m_aheadAllowed && !s.keepContacts && input.bodyCount > 0 && input.born.empty() &&
+         !input.replaceManifolds && input.joints.empty() && input.hostManifolds.empty() && input.hostAabbs.empty();
+}
+
+void WorldEngine::runAhead() {
+  const Flight& flight = m_flights[m_current];
+  Flight& next = m_flights[1 - m_current];
+  next.settings = flight.settings.following();
+  next.contactsUnseen = flight.settings.contacts;
+  try {
+    makeRoomFor(next);
+    m_world->advance(m_queue);
+    m_ahead = Ahead::Broken;
+    enqueue(next, true);
+    m_ahead = Ahead::Running;
+  } catch (const OpenClError& e) {
+    if (e.kind() != OpenClError::Kind::OutOfMemory) throw;
+    m_aheadAllowed = false;
+    if (m_ahead == Ahead::None) m_world->dropSpare();
+  }
+}
+
+// The current step has to be seen to first; the one ahead has found that out and done nothing.
+void WorldEngine::takeBackAhead() {
+  if (m_ahead == Ahead::None) return;
+  m_ahead = Ahead::None;
+  m_queue.finish();
+  m_world->retreat();
+  if (!m_aheadAllowed) m_world->dropSpare();
+}
+
+void WorldEngine::enqueue(Flight& flight, bool ahead) {
+  DeviceWorld& w = *m_world;
+  const int launchesBefore = m_queue.launches();
+  flight.params.assign(1, makeStepParams(flight.settings, m_traits.torsionRows));
+  flight.params.front().hostManifoldCount = w.hostManifoldCount;
+  if (flight.contactsUnseen) flight.params.front().flags |= STEP_CONTACTS_UNSEEN;
+  w.params.copyFromHost(m_queue, flight.params, false);
+  if (ahead) {
+    m_pipeline.enqueueFollow(m_queue, w);
+  } else {
+    w.counters.copyFromHost(m_queue, m_noCounters, false);
+  }
+  if (w.bodyCount > 0) m_pipeline.enqueueStep(m_queue, w, flight.settings, m_traits);
   m_queue.flush();
+  enqueueReads(flight);
+  m_queue.flush();
+  flight.launches = m_queue.launches() - launchesBefore;
 }
 
-void WorldEngine::enqueueReads(StepResults& results) {
-  const size_t n = m_world->bodyCount;
-  results.poses.resize(n);
-  results.velocities.resize(n);
-  results.activations.resize(n);
-  m_queue.read(m_world->poses.buffer(), 0, n * sizeof(BodyPose), results.poses.data(), false);
-  m_queue.read(m_world->velocities.buffer(), 0, n * sizeof(BodyVelocity), results.velocities.data(), false);
-  m_queue.read(m_world->activations.buffer(), 0, n * sizeof(BodyActivation), results.activations.data(), false);
-  const auto& w = *m_world;
-  results.jointSolved.resize(w.jointCount);
-  results.jointImpulses.resize(w.jointCount > 0 ? w.jointImpulses.size() : 0);
-  if (w.jointCount > 0) {
-    m_queue.read(w.jointSolved.buffer(), 0, w.jointCount * sizeof(uint), results.jointSolved.data(), false);
+void WorldEngine::makeRoomFor(Flight& flight) {
+  const DeviceWorld& w = *m_world;
+  flight.poses.resize(m_queue, w.bodyCount);
+  flight.velocities.resize(m_queue, w.bodyCount);
+  flight.activations.resize(m_queue, w.bodyCount);
+  flight.jointSolved.resize(m_queue, w.jointCount);
+  flight.jointImpulses.resize(m_queue, w.jointCount > 0 ? w.jointImpulses.size() : 0);
+  flight.counters.resize(m_queue, 1);
+}
+
+void WorldEngine::enqueueReads(Flight& flight) {
+  const DeviceWorld& w = *m_world;
+  flight.poses.readFrom(m_queue, w.poses.buffer());
+  flight.velocities.readFrom(m_queue, w.velocities.buffer());
+  flight.activations.readFrom(m_queue, w.activations.buffer());
+  flight.jointSolved.readFrom(m_queue, w.jointSolved.buffer());
+  flight.jointImpulses.readFrom(m_queue, w.jointImpulses.buffer());
+  flight.counters.readFrom(m_queue, w.counters.buffer(), &flight.done);
+}
+
+void WorldEngine::await(const Flight& flight) {
+  if (m_ahead == Ahead::None) {
+    m_queue.finish();
+  } else {
+    m_queue.wait(flight.done);
   }
-  if (!results.jointImpulses.empty()) {
-    m_queue.read(w.jointImpulses.buffer(), 0, results.jointImpulses.size() * sizeof(float),
-                 results.jointImpulses.data(), false);
-  }
-  m_queue.read(m_world->counters.buffer(), 0, sizeof(StepCounters), &results.counters, false);
+}
+
+void WorldEngine::copyResults(const Flight& flight, StepResults& results) const {
+  flight.poses.copyTo(results.poses);
+  flight.velocities.copyTo(results.velocities);
+  flight.activations.copyTo(results.activations);
+  flight.jointSolved.copyTo(results.jointSolved);
+  flight.jointImpulses.copyTo(results.jointImpulses);
+  results.counters = flight.counters[0];
 }
 
 void WorldEngine::finish(StepResults& results) {
+  Flight& flight = m_flights[m_current];
   results.redos = 0;
-  enqueueReads(results);
-  m_queue.finish();
-  while (growAfterOverflow(results.counters)) {
+  results.prefetched = m_prefetched;
+  await(flight);
+  results.launches = flight.launches;
+  while (flight.counters[0].overflow != 0) {
+    takeBackAhead();
+    growAfterOverflow(flight.counters[0]);
     ++results.redos;
-    enqueue();
-    enqueueReads(results);
-    m_queue.finish();
+    enqueue(flight, false);
+    await(flight);
+    results.launches += flight.launches;
   }
+  copyResults(flight, results);
   adaptLaunches(results.counters);
+  if (results.counters.quarantined > 0) takeBackAhead();
+  const int launchesBefore = m_queue.launches();
   readContacts(results);
+  results.launches += m_queue.launches() - launchesBefore;
   results.quarantined.clear();
   if (results.counters.quarantined > 0) {
     const auto infos = m_world->infos.toVector(m_queue);
@@ -120,24 +212,25 @@ void WorldEngine::finish(StepResults& results) {
       if (infos[i].flags & BODY_QUARANTINED) results.quarantined.push_back(i);
     }
   }
-  m_world->swapStepResults();
-  results.launches = m_queue.launches() - m_launchesBefore;
+  if (m_ahead == Ahead::None) m_world->swapStepResults();
+  m_contactsUnseen = flight.settings.contacts && !flight.settings.sendsContacts();
   results.waits = m_queue.waits() - m_waitsBefore;
   m_device->programs().saveNext();
 }
 
 void WorldEngine::readContacts(StepResults& results) {
+  const StepSettings& settings = m_flights[m_current].settings;
   const size_t pairs = results.counters.pairCount, hosts = m_world->hostManifoldCount;
   results.hostManifolds.resize(hosts);
   m_queue.read(m_world->manifolds.buffer(), pairs * sizeof(Manifold), hosts * sizeof(Manifold),
                results.hostManifolds.data(), true);
   results.contactKeys.clear();
   results.contacts = {};
-  if (m_settings.contacts && m_world->bodyCount > 0) {
+  if (settings.sendsContacts() && m_world->bodyCount > 0) {
     m_pipeline.enqueueContactReads(m_queue, *m_world, results);
     m_queue.finish();
   }
-  const size_t all = m_settings.keepContacts ? pairs + hosts : 0;
+  const size_t all = settings.keepContacts ? pairs + hosts : 0;
   results.matchedManifolds.resize(all);
   results.manifolds.resize(all);
   if (all == 0) return;
@@ -152,15 +245,13 @@ void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
   m_queue.read(m_world->oldManifolds.buffer(), 0, manifolds.size() * sizeof(Manifold), manifolds.data(), true);
 }
 
-// True if the step has to be repeated.
-bool WorldEngine::growAfterOverflow(const StepCounters& counters) {
-  if (counters.overflow == 0) return false;
+// Makes room for what a step lacked that is to be repeated.
+void WorldEngine::growAfterOverflow(const StepCounters& counters) {
   Capacities wanted = m_world->capacities;
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
   if (counters.overflow & OVERFLOW_ROUNDS) wanted.colourRounds = std::max(2 * wanted.colourRounds, kFirstRounds);
-  m_world->reserve(m_queue, wanted, m_settings.twoFrictionDirections, m_traits.torsionRows);
-  return true;
+  m_world->reserve(m_queue, wanted, m_flights[m_current].settings.twoFrictionDirections, m_traits.torsionRows);
 }
 
 // Launches follow what the last step used: empty ones cost time, missing ones a repeated step. The result of

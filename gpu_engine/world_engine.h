@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "engine.h"
+#include "opencl/host_array.h"
 #include "opencl/program_cache.h"
 #include "pipeline.h"
 
@@ -12,6 +13,10 @@ namespace btgpu {
 
 // The engine behind the plugin interface: uploads, steps, repeats a step that overflowed, downloads. Throws
 // OpenClError; plugin.cpp turns that into a Status.
+//
+// While substeps are to follow it runs one substep ahead of what it has been asked for, so that the device does not
+// wait for the host in between. The substep ahead reads nothing but what the one before it left on the device; it is
+// adopted if begin() comes with no change, and else thrown away.
 class WorldEngine {
  public:
   explicit WorldEngine(const EngineSettings& settings);
@@ -28,11 +33,39 @@ class WorldEngine {
   std::vector<StageProfile> takeProfile();
 
  private:
+  // One step under way, and the host's side of its transfers.
+  struct Flight {
+    StepSettings settings;
+    bool contactsUnseen = false;     // STEP_CONTACTS_UNSEEN
+    std::vector<StepParams> params;  // host side of the upload
+    HostArray<BodyPose> poses;
+    HostArray<BodyVelocity> velocities;
+    HostArray<BodyActivation> activations;
+    HostArray<uint> jointSolved;
+    HostArray<float> jointImpulses;
+    HostArray<StepCounters> counters;
+    cl::Event done;  // of the last read
+    int launches = 0;
+  };
+  enum class Ahead {
+    None,
+    Running,
+    Broken,  // launched in part only
+  };
+
   void makeRoom(size_t bodyCount);
-  void enqueue();
-  void enqueueReads(StepResults& results);
+  void makeRoomFor(Flight& flight);
+  void enqueue(Flight& flight, bool ahead);
+  void enqueueReads(Flight& flight);
+  bool adoptAhead(const WorldInput& input, const StepSettings& settings);
+  void throwAheadAway();
+  bool mayRunAhead(const WorldInput& input) const;
+  void runAhead();
+  void takeBackAhead();
+  void await(const Flight& flight);
+  void copyResults(const Flight& flight, StepResults& results) const;
   void readContacts(StepResults& results);
-  bool growAfterOverflow(const StepCounters& counters);
+  void growAfterOverflow(const StepCounters& counters);
   void adaptLaunches(const StepCounters& counters);
 
   EngineSettings m_engineSettings;
@@ -41,10 +74,14 @@ class WorldEngine {
   Pipeline m_pipeline;
   std::unique_ptr<DeviceWorld> m_world;
   WorldTraits m_traits;
-  StepSettings m_settings;
-  std::vector<StepParams> m_params;  // host side of the upload
-  std::vector<StepCounters> m_counters;
-  int m_launchesBefore = 0, m_waitsBefore = 0;
+  Flight m_flights[2];  // the step that was begun, and the one ahead of it
+  int m_current = 0;    // which of them was begun
+  Ahead m_ahead = Ahead::None;
+  bool m_aheadAllowed = true;     // there is memory for it
+  bool m_contactsUnseen = false;  // the contacts of the last finished step were wanted later, and not sent
+  bool m_prefetched = false;      // the current step was ahead once
+  const std::vector<StepCounters> m_noCounters = std::vector<StepCounters>(1);
+  int m_waitsBefore = 0;
 };
 
 // OpenCL's view of a device as the plugin reports it.

@@ -70,6 +70,15 @@ struct WorldInput {
   bool replaceManifolds = false;
   std::vector<Manifold> manifolds;
 
+  // False if anything of the bodies, shapes and hulls changed since the last step.
+  bool unchanged() const {
+    for (const auto* list : {&infos.changed, &poses.changed, &velocities.changed, &forces.changed, &masses.changed,
+                             &materials.changed, &dampings.changed, &activations.changed, &shapes.changed, &born}) {
+      if (!list->empty()) return false;
+    }
+    return !hulls.changed && !replaceManifolds;
+  }
+
   void clearChanges() {
     for (auto* list : {&infos.changed, &poses.changed, &velocities.changed, &forces.changed, &masses.changed,
                        &materials.changed, &dampings.changed, &activations.changed, &shapes.changed, &born}) {

@@ -36,10 +36,10 @@ void Queue::write(const cl::Buffer& buffer, size_t offset, size_t bytes, const v
   if (wait) ++m_waits;
 }
 
-void Queue::read(const cl::Buffer& buffer, size_t offset, size_t bytes, void* to, bool wait) {
+void Queue::read(const cl::Buffer& buffer, size_t offset, size_t bytes, void* to, bool wait, cl::Event* done) {
   if (bytes == 0) return;
   try {
-    m_queue.enqueueReadBuffer(buffer, wait ? CL_TRUE : CL_FALSE, offset, bytes, to);
+    m_queue.enqueueReadBuffer(buffer, wait ? CL_TRUE : CL_FALSE, offset, bytes, to, nullptr, done);
   } catch (const cl::Error& e) {
     throw makeOpenClError(e.err(), e.what(), fmt::format("{} bytes from the device", bytes));
   }
@@ -72,6 +72,13 @@ void Queue::unmap(const cl::Buffer& buffer, void* mapped) {
 void Queue::finish() {
   try {
     m_queue.finish();
+  } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "at the end of a step"); }
+  ++m_waits;
+}
+
+void Queue::wait(const cl::Event& event) {
+  try {
+    event.wait();
   } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "at the end of a step"); }
   ++m_waits;
 }

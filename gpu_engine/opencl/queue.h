@@ -33,12 +33,15 @@ class Queue {
 
   void launch(const cl::Kernel& kernel, const std::string& name, Grid grid);
   void write(const cl::Buffer& buffer, size_t offset, size_t bytes, const void* from, bool wait);
-  void read(const cl::Buffer& buffer, size_t offset, size_t bytes, void* to, bool wait);
+  // done: set to the event of the read.
+  void read(const cl::Buffer& buffer, size_t offset, size_t bytes, void* to, bool wait, cl::Event* done = nullptr);
   void copy(const cl::Buffer& from, const cl::Buffer& to, size_t fromOffset, size_t toOffset, size_t bytes);
   // For reading, without waiting: the memory may be read once the queue is finished.
   void* map(const cl::Buffer& buffer, size_t bytes);
   void unmap(const cl::Buffer& buffer, void* mapped);
   void finish();
+  // Waits for one command and all before it; what was enqueued later goes on.
+  void wait(const cl::Event& event);
   void flush();
 
   int launches() const { return m_launches; }

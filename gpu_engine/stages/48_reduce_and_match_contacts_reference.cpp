@@ -184,7 +184,7 @@ std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs, con
                                              const std::vector<Manifold>& oldManifolds,
                                              const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
                                              const std::vector<BodyPose>& poses,
-                                             const std::vector<BodyMaterial>& materials) {
+                                             const std::vector<BodyMaterial>& materials, bool unseen) {
   const auto bodyOf = [&](uint i) {
     return Body{infos[i], poses[i], materials[i], shapes[static_cast<size_t>(infos[i].shapeIndex)]};
   };
@@ -194,6 +194,13 @@ std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs, con
     const Body a = bodyOf(pair.bodyA), b = bodyOf(pair.bodyB);
     Manifold m = pair.oldManifold == NO_INDEX ? newManifold(pair, a, b) : oldManifolds[pair.oldManifold];
     m.bucket = pair.bucket;
+    if (!unseen) {
+      m.unseen = 0;
+      for (int k = 0; k < m.pointCount; ++k) {
+        int& flags = m.points[k].flags;
+        flags = flags % (1 << POINT_ORIGIN_SHIFT) + (k + 1) * (1 << POINT_ORIGIN_SHIFT);
+      }
+    }
     manifolds.push_back(m);
     // btCollisionDispatcher::needsCollision: nothing is done for two inactive bodies.
     if (pair.bucket == BUCKET_CARRY || pair.bucket == BUCKET_NONE || pair.bucket == BUCKET_HOST) continue;
@@ -204,10 +211,7 @@ std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs, con
     // new.
     const bool persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
     if (!persistent) result.pointCount = 0;
-    for (int k = 0; k < result.pointCount; ++k) {
-      int& flags = result.points[k].flags;
-      flags = flags % (1 << POINT_ORIGIN_SHIFT) + (k + 1) * (1 << POINT_ORIGIN_SHIFT);
-    }
+    result.unseen = 1;
     const RawContacts raw = reduceContactsReference(contacts[i]);
     for (int k = 0; k < raw.count; ++k) addPoint(result, makePoint(raw, k, a, b, bFromA));
     if (persistent) refresh(result, a, b, bFromA);

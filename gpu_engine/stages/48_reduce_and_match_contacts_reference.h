@@ -22,11 +22,11 @@ namespace btgpu {
 // good.
 RawContacts reduceContactsReference(const RawContacts& raw);
 
-// One manifold a pair, in pair order. An index in `oldManifolds` is Pair::oldManifold.
+// One manifold a pair, in pair order. An index in `oldManifolds` is Pair::oldManifold. unseen: STEP_CONTACTS_UNSEEN.
 std::vector<Manifold> matchContactsReference(const std::vector<Pair>& pairs, const std::vector<RawContacts>& contacts,
                                              const std::vector<Manifold>& oldManifolds,
                                              const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
                                              const std::vector<BodyPose>& poses,
-                                             const std::vector<BodyMaterial>& materials);
+                                             const std::vector<BodyMaterial>& materials, bool unseen = false);
 
 }  // namespace btgpu

@@ -47,13 +47,13 @@ STRUCT(RawContacts) {
 // Bits of ContactPoint.flags: Bullet's btContactPointFlags.
 #define POINT_LATERAL_FRICTION_INITIALIZED 1
 #define POINT_STIFFNESS_DAMPING 8
-// Above Bullet's bits: 1 + the index that the point had in the manifold of the last step, 0 for a new point. The host
-// needs it for what Bullet keeps in a point and the device does not know (btManifoldPoint::m_userPersistentData).
+// Above Bullet's bits: 1 + the index that the point had in the manifold as the host saw it last, 0 for a new point. The
+// host needs it for what Bullet keeps in a point and the device does not know (btManifoldPoint::m_userPersistentData).
 #define POINT_BULLET_FLAGS 0x00ffffff
 #define POINT_ORIGIN_SHIFT 24
 #define POINT_ORIGIN (7 << POINT_ORIGIN_SHIFT)
 
-// Bit of StepResults::contactKeys, above the pair's key: neither body was active, the manifold is that of the last step.
+// Bit of StepResults::contactKeys, above the pair's key: neither body was active, the manifold is as the host saw it last.
 #define CONTACT_CARRIED (1UL << 63)
 
 // The persistent part of btManifoldPoint.
@@ -75,7 +75,8 @@ STRUCT(Manifold) {
   uint bucket;                // of the step that wrote it
   float breakingThreshold;    // fixed when the manifold is made, as in Bullet
   float processingThreshold;  // likewise
-  uint unused[2];
+  uint unseen;                // 1: it may differ from what the host saw last, before this step
+  uint unused;
   ContactPoint points[MANIFOLD_POINTS];
 };
 

@@ -20,6 +20,7 @@ BTGPU_BEGIN
 #define STEP_TORSION 0x200u               // some body has rolling friction
 #define STEP_HOST_ACTIVATION 0x400u       // actions may still change velocities: the host updates the timers
 #define STEP_WAKE_BY_CONTACT 0x800u       // btDispatcherInfo::m_deterministicOverlappingPairs: no wake without a contact
+#define STEP_CONTACTS_UNSEEN 0x1000u      // the host was not sent the contacts of the step before
 
 STRUCT(StepParams) {
   float timeStep;
@@ -40,6 +41,7 @@ STRUCT(StepParams) {
 #define OVERFLOW_PAIRS 1u
 #define OVERFLOW_SLOTS 2u
 #define OVERFLOW_ROUNDS 4u
+#define OVERFLOW_BEFORE 8u  // nothing here: the step before, which this one was launched on top of, failed
 
 // One block of counters, read back once at the end of the step.
 STRUCT(StepCounters) {

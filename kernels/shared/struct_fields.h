@@ -70,8 +70,8 @@
     FIELD(ContactPoint, combinedDamping) FIELD(ContactPoint, lifeTime) FIELD(ContactPoint, flags)           \
   SIZE(Manifold, 480)                                                                                       \
     FIELD(Manifold, bodyA) FIELD(Manifold, bodyB) FIELD(Manifold, pointCount) FIELD(Manifold, bucket)       \
-    FIELD(Manifold, breakingThreshold) FIELD(Manifold, processingThreshold) FIELD(Manifold, unused)         \
-    FIELD(Manifold, points)                                                                                 \
+    FIELD(Manifold, breakingThreshold) FIELD(Manifold, processingThreshold) FIELD(Manifold, unseen)         \
+    FIELD(Manifold, unused) FIELD(Manifold, points)                                                         \
   SIZE(Joint, 48)                                                                                           \
     FIELD(Joint, bodyA) FIELD(Joint, bodyB) FIELD(Joint, islandA) FIELD(Joint, islandB)                     \
     FIELD(Joint, firstRow) FIELD(Joint, rowCount) FIELD(Joint, iterations) FIELD(Joint, enabled)            \

@@ -20,7 +20,7 @@ static Manifold newManifold(Pair pair, Shape a, Shape b, BodyMaterial materialA,
   m.pointCount = 0;
   m.breakingThreshold = fmin(a.breakingThreshold, b.breakingThreshold);
   m.processingThreshold = fmin(materialA.contactProcessingThreshold, materialB.contactProcessingThreshold);
-  m.unused[0] = m.unused[1] = 0;
+  m.unseen = m.unused = 0;
   for (int k = 0; k < MANIFOLD_POINTS; ++k) m.points[k] = noPoint();
   return m;
 }
@@ -34,9 +34,9 @@ static void combine(ContactPoint* p, uint flags, BodyMaterial a, BodyMaterial b)
 }
 
 // Reduces each pair's candidates to four, merges them into its manifold of the last step, and drops the points
-// that came apart. One manifold a pair, in pair order. A pair of inactive bodies keeps its manifold untouched.
-KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, __global const Pair* pairs,
-                     __global const RawContacts* contacts, __global const Manifold* oldManifolds,
+// that came apart. One manifold a pair, in pair order. A pair of inactive bodies keeps its points untouched.
+KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
+                     __global const Pair* pairs, __global const RawContacts* contacts, __global const Manifold* oldManifolds,
                      __global const BodyInfo* infos, __global const Shape* shapes, __global const BodyPose* poses,
                      __global const BodyMaterial* materials, __global Manifold* manifolds) {
   RETURN_ON_OVERFLOW(counters);
@@ -51,11 +51,15 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
       m = newManifold(pair, shapes[infoA.shapeIndex], shapes[infoB.shapeIndex], materialA, materialB);
     }
     m.bucket = pair.bucket;
+    if (!(params->flags & STEP_CONTACTS_UNSEEN)) {
+      m.unseen = 0;
+      numberPoints(&m);
+    }
     if (pair.bucket != BUCKET_CARRY && pair.bucket != BUCKET_NONE && pair.bucket != BUCKET_HOST) {
       // Bullet's sphere-sphere algorithm keeps nothing from step to step, impulses neither.
       const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
       if (!persistent) m.pointCount = 0;
-      numberPoints(&m);
+      m.unseen = 1;
       const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
       const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
       const float4 bFromA = b.position - a.position;

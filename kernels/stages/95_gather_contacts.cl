@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // What the host needs to keep its dispatcher's manifolds current: the keys of all manifolds with points, and those
-// manifolds themselves that are not carried over from the last step. Both in pair order.
+// manifolds themselves that are not carried over unchanged since it saw them last. Both in pair order.
 #include "../lib/kernel.h"
 #include "../shared/contact.h"
 #include "../shared/shape.h"
 
 static int isTouching(__global const Manifold* m) { return m->pointCount > 0; }
+static int isCarried(__global const Manifold* m) { return m->bucket == BUCKET_CARRY && !m->unseen; }
 
 // all: also the manifolds that are carried over.
 KERNEL markContacts(uint pairCapacity, uint all, __global const StepCounters* counters, __global const Manifold* manifolds,
@@ -14,7 +15,7 @@ KERNEL markContacts(uint pairCapacity, uint all, __global const StepCounters* co
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     touching[i] = isTouching(&manifolds[i]);
-    fresh[i] = isTouching(&manifolds[i]) && (all || manifolds[i].bucket != BUCKET_CARRY);
+    fresh[i] = isTouching(&manifolds[i]) && (all || !isCarried(&manifolds[i]));
   }
 }
 
@@ -29,7 +30,7 @@ KERNEL gatherContactKeys(uint count, uint all, __global const uint* touching, __
                          __global const Manifold* manifolds, __global ulong* contactKeys) {
   FOR_EACH(k, count) {
     const uint i = touching[k];
-    contactKeys[k] = keys[i] | (!all && manifolds[i].bucket == BUCKET_CARRY ? CONTACT_CARRIED : 0UL);
+    contactKeys[k] = keys[i] | (!all && isCarried(&manifolds[i]) ? CONTACT_CARRIED : 0UL);
   }
 }
 

@@ -49,6 +49,8 @@ TEST_F(MatchContactsTest, InactiveAndContactlessPairsAreCarriedBitForBitSmall) {
     in.world.pairs[0].bucket = bucket;
     Manifold expected = in.world.oldManifolds[0];
     expected.bucket = bucket;
+    expected.unseen = 0;
+    for (int k = 0; k < expected.pointCount; ++k) expected.points[k].flags = (k + 1) << POINT_ORIGIN_SHIFT;
     EXPECT_TRUE(sameBits(expectAsReference(in)[0], expected));
     // And without one of the last step it stays empty.
     in.world.pairs[0].oldManifold = NO_INDEX;
