@@ -19,6 +19,7 @@ constexpr float kTolerance = 2e-6f;
 struct Stage48Input {
   PairWorld world;
   std::vector<RawContacts> contacts;  // one a pair
+  bool unseen = false;                // the host was not sent the old manifolds
 };
 
 inline RawContacts candidates(float4 normal, std::vector<float4> points) {
@@ -81,6 +82,9 @@ class MatchContactsTest : public DeviceTest {
     bench.write(w.contacts, in.contacts);
     bench.poison(w.manifolds);
     bench.setOverflow(overflow);
+    StepParams params = bench.params();
+    if (in.unseen) params.flags |= STEP_CONTACTS_UNSEEN;
+    bench.setParams(params);
     bench.run<ReduceAndMatchContacts>();
     auto manifolds = bench.read(w.manifolds);
     for (size_t i = overflow ? 0 : n; i < manifolds.size(); ++i) EXPECT_TRUE(StageBench::isPoison(manifolds[i])) << i;
@@ -95,7 +99,7 @@ class MatchContactsTest : public DeviceTest {
   static std::vector<Manifold> reference(const Stage48Input& in) {
     const WorldInput w = in.world.world.finish();
     return matchContactsReference(in.world.pairs, in.contacts, in.world.oldManifolds, w.infos.values, w.shapes.values,
-                                  w.poses.values, w.materials.values);
+                                  w.poses.values, w.materials.values, in.unseen);
   }
 
   std::vector<Manifold> expectAsReference(const Stage48Input& in, size_t spare = 5) {
@@ -111,6 +115,7 @@ class MatchContactsTest : public DeviceTest {
     EXPECT_EQ(a.bodyA, e.bodyA);
     EXPECT_EQ(a.bodyB, e.bodyB);
     EXPECT_EQ(a.bucket, e.bucket);
+    EXPECT_EQ(a.unseen, e.unseen);
     EXPECT_EQ(a.breakingThreshold, e.breakingThreshold);
     EXPECT_EQ(a.processingThreshold, e.processingThreshold);
     ASSERT_EQ(a.pointCount, e.pointCount);

@@ -83,6 +83,41 @@ TEST_F(MatchContactsTest, MatchedPointsKeepAgeAndImpulsesSmall) {
   EXPECT_EQ(m.points[2].localPointB.w, 0);
 }
 
+// Over steps that the host does not see, a point keeps the index under which the host knows it, and a manifold that
+// changed stays marked, also while it is carried over.
+TEST_F(MatchContactsTest, WhatTheHostDidNotSeeSmall) {
+  const auto origins = [](const Manifold& m) {
+    std::vector<int> list;
+    for (int k = 0; k < m.pointCount; ++k) list.push_back(m.points[k].flags >> POINT_ORIGIN_SHIFT);
+    return list;
+  };
+  Stage48Input in = boxOnBox();
+  in.contacts[0] = candidates(kUp, {below(0.5f, 0, -0.01f), below(-0.5f, 0, -0.01f), below(0, 0.5f, -0.01f)});
+  nextStep(in, expectAsReference(in));
+  in.contacts[0] = candidates(kUp, {});
+  nextStep(in, expectAsReference(in));
+  EXPECT_EQ(origins(in.world.oldManifolds[0]), (std::vector<int>{1, 2, 3}));
+  // The first one comes apart, so that the last one takes its place; a new one comes.
+  in.world.oldManifolds[0].points[0].localPointA.y += 1;
+  in.contacts[0] = candidates(kUp, {below(0, -0.5f, -0.01f)});
+  in.unseen = true;
+  nextStep(in, expectAsReference(in));
+  EXPECT_EQ(origins(in.world.oldManifolds[0]), (std::vector<int>{0, 2, 3}));
+  in.contacts[0] = candidates(kUp, {});
+  nextStep(in, expectAsReference(in));
+  EXPECT_EQ(origins(in.world.oldManifolds[0]), (std::vector<int>{0, 2, 3}));
+  in.world.pairs[0].bucket = BUCKET_CARRY;
+  nextStep(in, expectAsReference(in));
+  EXPECT_EQ(in.world.oldManifolds[0].unseen, 1u);
+  EXPECT_EQ(origins(in.world.oldManifolds[0]), (std::vector<int>{0, 2, 3}));
+  in.unseen = false;
+  nextStep(in, expectAsReference(in));
+  EXPECT_EQ(in.world.oldManifolds[0].unseen, 0u);
+  EXPECT_EQ(origins(in.world.oldManifolds[0]), (std::vector<int>{1, 2, 3}));
+  in.unseen = true;
+  EXPECT_EQ(expectAsReference(in)[0].unseen, 0u) << "it was carried ever since the host saw it";
+}
+
 TEST_F(MatchContactsTest, TheNearestOldPointIsMatchedSmall) {
   Stage48Input in = boxOnBox();
   in.contacts[0] = candidates(kUp, {below(0, 0, -0.01f), below(0.03f, 0, -0.01f), below(0.015f, 0.02f, -0.01f)});

@@ -59,7 +59,7 @@ class GatherContactsTest : public DeviceTest {
     std::vector<Manifold> contacts;
     for (size_t i = 0; i < n; ++i) {
       if (c.manifolds[i].pointCount == 0) continue;
-      const bool carried = !all && c.manifolds[i].bucket == BUCKET_CARRY;
+      const bool carried = !all && c.manifolds[i].bucket == BUCKET_CARRY && !c.manifolds[i].unseen;
       keys.push_back(c.keys[i] | (carried ? CONTACT_CARRIED : 0));
       if (!carried) contacts.push_back(c.manifolds[i]);
     }
@@ -77,6 +77,13 @@ TEST_F(GatherContactsTest, CarriedOnesAreNamedOnlySmall) {
   const Case c = make({1, 0, 4, 2, 3}, {BUCKET_BOX_BOX, BUCKET_BOX_BOX, BUCKET_CARRY});
   expectGathered(c, false, 0);
   expectGathered(c, true, 40);
+}
+
+TEST_F(GatherContactsTest, CarriedOnesThatTheHostDidNotSeeSmall) {
+  Case c = make({1, 0, 4, 2, 3}, {BUCKET_BOX_BOX, BUCKET_CARRY, BUCKET_CARRY});
+  c.manifolds[0].unseen = c.manifolds[1].unseen = c.manifolds[4].unseen = 1;
+  expectGathered(c, false, 0);
+  expectGathered(c, true, 0);
 }
 
 TEST_F(GatherContactsTest, AllCarriedSmall) { expectGathered(make({1, 0, 4}, {BUCKET_CARRY}), false, 1); }
