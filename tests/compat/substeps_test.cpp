@@ -317,7 +317,8 @@ TEST_F(Substeps, MotionStateChangesTheWorld) {
       // The host's broadphase predicts a body that is left out too, when it runs.
       expectSameTales(batched, single, std::string(m.what) == "NaN" ? 13 : 1000);
       EXPECT_LT(batched.prefetched() - before, 2u * 3) << what << ": not noticed";
-      EXPECT_GE(batched.prefetched() - before, 1u) << what;
+      // With the other AABB setting substeps come one by one from then on.
+      EXPECT_EQ(batched.prefetched() - before > 0, std::string(m.what) != "AABB setting" || substep > 1) << what;
       if (HasFailure()) return;
     }
   }
