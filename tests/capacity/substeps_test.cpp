@@ -84,7 +84,7 @@ WorldInput heap(uint bodies) {
   return b.finish();
 }
 
-// Balls that are all in one place `steps` steps from now.
+// Balls that are all in one place `steps` steps from now, and aside a tower whose contacts have a past.
 WorldInput implosion(uint bodies, float steps) {
   WorldBuilder b;
   const int ball = b.sphere(0.5f);
@@ -93,6 +93,12 @@ WorldInput implosion(uint bodies, float steps) {
     const float4 place = {far * std::cos(turn), 0, far * std::sin(turn), 0};
     b.add(ball, place);
     b.velocity(i).linear = place * (-60.0f / steps);
+  }
+  b.add(b.plane({0, 1, 0, 0}, -60), {0, 0, 0, 0}, 0);
+  const int box = b.box({0.5f, 0.5f, 0.5f, 0});
+  for (uint i = 0; i < 3; ++i) {
+    const uint body = b.add(box, {0, -59.51f + 0.99f * float(i), 0, 0});
+    b.forces(body).force = {0, -10, 0, 0};
   }
   return b.finish();
 }
@@ -128,6 +134,7 @@ void overflowIn(uint bodies, float when, int substeps) {
   int redone = 0, taken = 0;
   ahead.step(0);
   single.step(0);
+  ASSERT_GT(single.results.counters.contactPoints, 0u);
   for (int k = 0; k < substeps; ++k) {
     ahead.step(substeps - 1 - k);
     single.step(0);

@@ -403,9 +403,12 @@ TEST_F(SubstepsLeavingTheDevice, ForAContactCallback) {
 
 // ---- in the middle of a batch, on the device ------------------------------------------------------------------------
 
-// Balls fly at each other: pairs explode in the middle of a batch.
+// Balls fly at each other: pairs explode in the middle of a batch. Aside a tower, whose contacts have a past.
 void buildImplosion(SubstepWorld& w, double substepsToCentre) {
   w.world.setGravity(btVector3(0, 0, 0));
+  w.add(0, w.objects.plane(btVector3(0, 1, 0), -60), at(0, 0, 0))->setUserIndex(1000);
+  auto* box = w.objects.box(at(0.5, 0.5, 0.5));
+  for (int i = 0; i < 3; ++i) w.add(1, box, at(0, -59.5 + i, 0))->setGravity(btVector3(0, -10, 0));
   auto* ball = w.objects.sphere(s(0.5));
   for (int i = 0; i < 90; ++i) {
     // A spiral on a sphere: no two are near each other.
