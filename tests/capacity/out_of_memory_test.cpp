@@ -190,6 +190,65 @@ TEST_F(OutOfMemory, ArrayLargerThanTheDeviceAllows) {
   expectReported(w, 2, "CL_INVALID_BUFFER_SIZE");
 }
 
+// What running a substep ahead wants on top is not there: substeps come one by one, on the device.
+TEST_F(OutOfMemory, EachAllocationForSubstepsAhead) {
+  btGpuSettings settings;
+  settings.m_contacts = false;  // their arrays may grow at any time
+  GpuWorld single(settings);
+  build(single, 20);
+  single.run(6);
+  const auto expected = statesOf(single.objects);
+  const auto fourSubsteps = [](GpuWorld& w) { w.world.stepSimulation(s(4 / 60.0), 4, s(1 / 60.0)); };
+  int allocations = 0;
+  for (int k = -1; k < std::max(1, allocations); ++k) {
+    FailingOpenCl::reset();
+    GpuWorld w(settings);
+    build(w, 20);
+    w.run(2);
+    FailingOpenCl::reset();
+    FailingOpenCl::failBuffersAfter(k, CL_MEM_OBJECT_ALLOCATION_FAILURE);  // -1: never
+    fourSubsteps(w);
+    if (k < 0) {
+      allocations = FailingOpenCl::buffers();
+      EXPECT_GE(allocations, 8);
+    }
+    EXPECT_EQ(FailingOpenCl::failures() > 0, k >= 0);
+    EXPECT_EQ(w.world.statistics().m_prefetchedSteps, k < 0 ? 3u : 0u) << k;
+    EXPECT_EQ(w.world.statistics().m_deviceSteps, 6u) << k;
+    expectAllOnDevice(w.world);
+    const auto states = statesOf(w.objects);
+    for (size_t i = 0; i < states.size(); ++i) expectSame(states[i], expected[i], std::to_string(k));
+  }
+}
+
+// The same at a launch, with half of the substep ahead on its way.
+TEST_F(OutOfMemory, AtALaunchOfASubstepAhead) {
+  btGpuSettings settings;
+  settings.m_contacts = false;
+  GpuWorld counted(settings), single(settings);
+  for (GpuWorld* w : {&counted, &single}) build(*w, 20);
+  single.run(6);
+  const auto expected = statesOf(single.objects);
+  counted.run(2);
+  FailingOpenCl::reset();
+  counted.run(1);
+  const int launches = FailingOpenCl::launches();
+  for (const int k : {launches, launches + 1, launches + launches / 2, 2 * launches}) {
+    FailingOpenCl::reset();
+    GpuWorld w(settings);
+    build(w, 20);
+    w.run(2);
+    FailingOpenCl::reset();
+    FailingOpenCl::failOneLaunchAfter(k, CL_MEM_OBJECT_ALLOCATION_FAILURE);
+    w.world.stepSimulation(s(4 / 60.0), 4, s(1 / 60.0));
+    EXPECT_EQ(FailingOpenCl::failures(), 1) << k;
+    EXPECT_EQ(w.world.statistics().m_prefetchedSteps, 0u) << k;
+    expectAllOnDevice(w.world);
+    const auto states = statesOf(w.objects);
+    for (size_t i = 0; i < states.size(); ++i) expectSame(states[i], expected[i], std::to_string(k));
+  }
+}
+
 // Drivers that take memory only when it is used say so at a launch, with half of the step on its way.
 TEST_F(OutOfMemory, AtALaunch) {
   GpuWorld counted;

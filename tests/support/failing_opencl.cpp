@@ -18,6 +18,7 @@ struct Plan {
   int buffersLeft = -1, launchesLeft = -1;
   unsigned long largestBuffer = ULONG_MAX;
   int bufferCode = 0, launchCode = 0;
+  bool onlyOneLaunch = false;
 };
 Plan plan;
 
@@ -58,6 +59,10 @@ void FailingOpenCl::failLaunchesAfter(int calls, int code) {
   plan.launchesLeft = calls;
   plan.launchCode = code;
 }
+void FailingOpenCl::failOneLaunchAfter(int calls, int code) {
+  failLaunchesAfter(calls, code);
+  plan.onlyOneLaunch = true;
+}
 int FailingOpenCl::buffers() { return plan.buffers; }
 int FailingOpenCl::launches() { return plan.launches; }
 int FailingOpenCl::failures() { return plan.failures; }
@@ -83,7 +88,10 @@ extern "C" cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kerne
                                          const size_t* offset, const size_t* global, const size_t* local,
                                          cl_uint waitCount, const cl_event* wait, cl_event* event) {
   ++plan.launches;
-  if (spend(plan.launchesLeft)) return plan.launchCode;
+  if (spend(plan.launchesLeft)) {
+    if (plan.onlyOneLaunch) plan.launchesLeft = -1;
+    return plan.launchCode;
+  }
   return real<decltype(&clEnqueueNDRangeKernel)>("clEnqueueNDRangeKernel")(queue, kernel, dimensions, offset, global,
                                                                            local, waitCount, wait, event);
 }

@@ -13,8 +13,9 @@ struct FailingOpenCl {
   static void failBuffersAfter(int calls, int code);
   static void failBuffersLargerThan(unsigned long bytes, int code);
   static void failLaunchesAfter(int calls, int code);
-  static int buffers();   // made or refused since reset()
-  static int launches();  // likewise
+  static void failOneLaunchAfter(int calls, int code);  // those after it succeed again
+  static int buffers();                                 // made or refused since reset()
+  static int launches();                                // likewise
   static int failures();
 };
 
