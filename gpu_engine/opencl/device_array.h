@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <string>
 #include <type_traits>
@@ -14,6 +15,12 @@
 #include "queue.h"
 
 namespace btgpu {
+
+// Tells one piece of device memory from all others that the process ever had; a freed one's handle may come again.
+inline unsigned long newGeneration() {
+  static std::atomic<unsigned long> last{0};
+  return ++last;
+}
 
 // Where an array lies. HostVisible: the host can map it, which moves nothing where host and device share their memory,
 // and goes through pinned memory elsewhere.
@@ -35,6 +42,7 @@ class DeviceArray {
   size_t capacity() const { return m_capacity; }
   bool empty() const { return m_size == 0; }
   const cl::Buffer& buffer() const { return m_buffer; }
+  unsigned long generation() const { return m_generation; }  // of the memory; 0: none
   const std::string& name() const { return m_name; }
 
   // Makes room for `wanted` elements; keeps the first size() ones. Throws OpenClError (out of memory).
@@ -45,6 +53,7 @@ class DeviceArray {
     const cl::Buffer larger = allocate(queue.device(), grown);
     queue.copy(m_buffer, larger, 0, 0, m_size * sizeof(T));
     m_buffer = larger;
+    m_generation = newGeneration();
     m_capacity = grown;
   }
 
@@ -97,6 +106,7 @@ class DeviceArray {
   std::string m_name;
   Placement m_placement = Placement::Device;
   cl::Buffer m_buffer;
+  unsigned long m_generation = 0;
   size_t m_size = 0, m_capacity = 0;
 };
 

@@ -45,6 +45,7 @@ Kernel::Kernel(ComputeDevice& device, const std::string& file, const std::string
     throw makeOpenClError(e.err(), e.what(), fmt::format("kernel {} of kernels/{}", name, file));
   }
   m_argumentTypes = argumentTypes(m_kernel, m_argumentCount);
+  m_bound.resize(m_argumentCount);
 }
 
 void Kernel::checkCount(size_t given) const {
@@ -65,13 +66,14 @@ void Kernel::checkType(const char* typeName, bool pointer) const {
                                                             m_next, m_name, wanted, given, mark));
 }
 
-void Kernel::set(size_t size, const void* value) {
+void Kernel::set(size_t size, const void* value, unsigned long identity) {
+  m_bound[m_next].known = false;
   try {
     m_kernel.setArg(m_next, size, value);
   } catch (const cl::Error& e) {
     throw makeOpenClError(e.err(), e.what(), fmt::format("argument {} of kernel {}", m_next, m_name));
   }
-  ++m_next;
+  m_bound[m_next++] = {true, identity};
 }
 
 }  // namespace btgpu

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct Optional {
 class Kernel {
  public:
   Kernel() = default;  // an empty one, to be built when it is first needed
+  Kernel(Kernel&&) = default;
+  Kernel& operator=(Kernel&&) = default;
   // The kernel `name` of kernels/<file>. Throws OpenClError.
   Kernel(ComputeDevice& device, const std::string& file, const std::string& name, const std::string& options = {});
 
@@ -43,16 +46,23 @@ class Kernel {
 
   template <typename T>
   void bind(const DeviceArray<T>& array) {
+    if (isBound(array.generation())) return;
     checkType(TypeName<T>::value, true);
-    set(sizeof(cl_mem), array.capacity() ? static_cast<const void*>(&array.buffer()()) : nullptr);
+    set(sizeof(cl_mem), array.capacity() ? static_cast<const void*>(&array.buffer()()) : nullptr, array.generation());
   }
   void bind(uint value) {
+    const unsigned long identity = kUintMark | value;
+    if (isBound(identity)) return;
     checkType("uint", false);
-    set(sizeof value, &value);
+    set(sizeof value, &value, identity);
   }
   void bind(float value) {
+    uint bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    const unsigned long identity = kFloatMark | bits;
+    if (isBound(identity)) return;
     checkType("float", false);
-    set(sizeof value, &value);
+    set(sizeof value, &value, identity);
   }
   template <typename T>
   void bind(const Optional<T>& optional) {
@@ -60,14 +70,27 @@ class Kernel {
       bind(*optional.array);
     } else {
       checkType(TypeName<T>::value, true);
-      set(sizeof(cl_mem), nullptr);
+      set(sizeof(cl_mem), nullptr, 0);
     }
   }
-  void set(size_t size, const void* value);
+  // What the arguments were bound to last: the generation of an array's memory, or the bits of a value with a mark that
+  // no generation has. Binding the same again is left out, since drivers take their time over it.
+  static constexpr unsigned long kUintMark = 1ul << 62, kFloatMark = 1ul << 63;
+  struct Bound {
+    bool known = false;
+    unsigned long identity = 0;
+  };
+  bool isBound(unsigned long identity) {
+    const bool bound = m_bound[m_next].known && m_bound[m_next].identity == identity;
+    if (bound) ++m_next;
+    return bound;
+  }
+  void set(size_t size, const void* value, unsigned long identity);
 
   std::string m_name;
   cl::Kernel m_kernel;
   std::vector<std::string> m_argumentTypes;  // empty if the driver does not tell
+  std::vector<Bound> m_bound;
   unsigned m_argumentCount = 0, m_next = 0;
 };
 

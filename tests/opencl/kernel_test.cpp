@@ -37,6 +37,32 @@ TEST_F(KernelTest, RightArgumentsRun) {
   EXPECT_EQ(m_uints.toVector(queue()), (std::vector<uint>{1, 9, 9}));
 }
 
+// What is bound already is not bound again: it must be known whenever an array's memory or a value is another one.
+TEST_F(KernelTest, ArgumentsThatChangeAreBoundAgain) {
+  Kernel fill(device(), "primitives/fill.cl", "fillUint");
+  const auto run = [&](uint first, uint count, uint value, DeviceArray<uint>& array) {
+    fill.launch(queue(), device().grid(count), first, count, value, array);
+  };
+  DeviceArray<uint> other("others");
+  m_uints.copyFromHost(queue(), {0, 0, 0});
+  other.copyFromHost(queue(), {0, 0, 0});
+  run(0, 1, 5, m_uints);
+  run(0, 1, 5, m_uints);
+  run(1, 1, 6, m_uints);
+  run(1, 1, 6, other);
+  std::swap(m_uints, other);
+  run(2, 1, 6, other);
+  EXPECT_EQ(m_uints.toVector(queue()), (std::vector<uint>{0, 6, 0}));
+  EXPECT_EQ(other.toVector(queue()), (std::vector<uint>{5, 6, 6}));
+  other.resize(queue(), 1000);  // moves to other memory
+  run(2, 1, 7, other);
+  EXPECT_EQ(other.toVector(queue())[2], 7u);
+  other = DeviceArray<uint>("others");
+  other.copyFromHost(queue(), {0, 0, 0});  // may get the handle of the memory that was given back
+  run(2, 1, 7, other);
+  EXPECT_EQ(other.toVector(queue()), (std::vector<uint>{0, 0, 7}));
+}
+
 TEST_F(KernelTest, WrongCountIsReported) {
   Kernel fill(device(), "primitives/fill.cl", "fillUint");
   m_uints.copyFromHost(queue(), {1, 2, 3});
