@@ -49,6 +49,8 @@ class Pipeline {
   void enqueueContactReads(Queue& queue, DeviceWorld& world, StepResults& results) {
     m_gatherContacts.enqueueReads(queue, world, results);
   }
+  // Before the next step: what the reads brought is gone then.
+  void endContactReads(Queue& queue) { m_gatherContacts.endReads(queue); }
 
  private:
   FollowSubstep m_followSubstep;

@@ -16,11 +16,10 @@ namespace btgpu {
 struct ManifoldView {
   const Manifold* first = nullptr;
   size_t count = 0;
+  const uint* indices = nullptr;  // of the manifolds meant, counted from `first`; null: all from there on
 
   size_t size() const { return count; }
-  const Manifold& operator[](size_t i) const { return first[i]; }
-  const Manifold* begin() const { return first; }
-  const Manifold* end() const { return first + count; }
+  const Manifold& operator[](size_t i) const { return first[indices ? indices[i] : i]; }
 };
 
 struct StepResults {
@@ -39,6 +38,7 @@ struct StepResults {
   // between two bodies that were not active (CONTACT_CARRIED in its key), is as it was last sent and not sent again.
   std::vector<ulong> contactKeys;       // pairKeyOf(its bodies), ascending
   ManifoldView contacts;                // those not carried, in the same order; impulses of this step
+  std::vector<uint> contactIndices;     // memory behind `contacts`
   std::vector<Manifold> hostManifolds;  // as WorldInput::hostManifolds, with the impulses of this step
 
   // As WorldInput::joints and ::jointRows.

@@ -61,6 +61,7 @@ void WorldEngine::makeRoom(size_t bodyCount) {
 
 void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
   m_waitsBefore = m_queue.waits();
+  m_pipeline.endContactReads(m_queue);
   m_prefetched = adoptAhead(input, settings);
   if (!m_prefetched) {
     throwAheadAway();

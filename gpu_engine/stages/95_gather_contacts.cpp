@@ -34,7 +34,6 @@ void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, StepResults&
   const size_t touching = results.counters.touchingCount, fresh = results.counters.freshCount;
   results.contactKeys.resize(touching);
   results.contacts = {};
-  m_view.unmap(queue);
   if (touching == 0) return;
   queue.enterStage("95_gather_contacts");
   m_keys.resize(queue, touching);
@@ -42,6 +41,13 @@ void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, StepResults&
                       world.keys, world.manifolds, m_keys);
   queue.read(m_keys.buffer(), 0, touching * sizeof(ulong), results.contactKeys.data(), false);
   if (fresh == 0) return;
+  if (queue.device().shape() == KernelShape::Cpu) {
+    results.contactIndices.resize(fresh);
+    queue.read(m_fresh.buffer(), 0, fresh * sizeof(uint), results.contactIndices.data(), false);
+    m_view.map(queue, world.manifolds, results.counters.pairCount);
+    results.contacts = {m_view.data(), fresh, results.contactIndices.data()};
+    return;
+  }
   m_contacts.resize(queue, fresh);
   m_gather.launch(queue, queue.device().grid(fresh), static_cast<uint>(fresh), m_fresh, world.manifolds, m_contacts);
   m_view.map(queue, m_contacts, fresh);

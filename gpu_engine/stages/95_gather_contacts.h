@@ -16,9 +16,11 @@ class GatherContacts {
   // Within the step: selects them, and counts them in StepCounters::touchingCount and ::freshCount. all: carried ones
   // are sent too, and not marked.
   void enqueue(Queue& queue, DeviceWorld& world, bool all);
-  // After it: brings results.contactKeys and results.contacts, without waiting. The contacts stay until the next
-  // enqueueReads.
+  // After it: brings results.contactKeys and results.contacts, without waiting. The contacts stay until endReads(),
+  // which has to come before the next step: on the CPU shape they are seen where the step has left them, since there a
+  // copy is nothing but time.
   void enqueueReads(Queue& queue, DeviceWorld& world, StepResults& results);
+  void endReads(Queue& queue) { m_view.unmap(queue); }
 
  private:
   Kernel m_mark, m_count, m_gatherKeys, m_gather;
@@ -28,7 +30,7 @@ class GatherContacts {
   DeviceArray<uint> m_touchingCount{"touching count"}, m_freshCount{"fresh count"};
   DeviceArray<ulong> m_keys{"contact keys"};
   DeviceArray<Manifold> m_contacts{"contacts", Placement::HostVisible};
-  HostView<Manifold> m_view;  // of m_contacts
+  HostView<Manifold> m_view;  // of m_contacts, or of the world's manifolds
   bool m_all = false;
 };
 
