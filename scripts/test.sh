@@ -91,7 +91,7 @@ run_long() {  # [ITEM...]
     [ -e "$state/$item" ] && continue
     run_item "$item" 2>&1 | tee "$state/$item.log"
     local counted
-    counted=$(grep -E 'tests passed|tests failed' "$state/$item.log" || true)
+    counted=$(grep -E '[0-9]% tests passed' "$state/$item.log" || true)
     sed -i "/^$item at /d" "$log"
     echo "$item at $commit, $(nproc) cores: $(tail -n 1 "$state/$item.log" | sed 's/^== long: [a-z_]* //')${counted:+; $counted}" >>"$log"
     touch "$state/$item"
