@@ -132,10 +132,6 @@ bool isSpecial(btPersistentManifold& manifold, bool touching) {
 
 void fillFrom(const Manifold& from, const WorldReader& reader, btPersistentManifold& manifold) {
   manifold.setBodies(reader.slots()[from.bodyA].object, reader.slots()[from.bodyB].object);
-  // Bullet leaves the user data of points that are gone where it was.
-  const int known = manifold.getNumContacts();
-  manifold.setNumContacts(from.pointCount);
-  for (int k = known; k < from.pointCount; ++k) manifold.getContactPoint(k).m_userPersistentData = nullptr;
   fillManifold(from, manifold);
 }
 

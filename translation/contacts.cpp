@@ -88,7 +88,10 @@ std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader&
 }
 
 void fillManifold(const Manifold& from, btPersistentManifold& manifold) {
+  const int known = manifold.getNumContacts();
   manifold.setNumContacts(from.pointCount);
+  // Bullet leaves the user data of points that are gone where it was.
+  for (int k = known; k < from.pointCount; ++k) manifold.getContactPoint(k).m_userPersistentData = nullptr;
   const btTransform& a = manifold.getBody0()->getWorldTransform();
   const btTransform& b = manifold.getBody1()->getWorldTransform();
   for (int k = 0; k < from.pointCount; ++k) writeContactPoint(from.points[k], a, b, manifold.getContactPoint(k));

@@ -18,7 +18,8 @@ Manifold readManifold(const btPersistentManifold& from, std::uint32_t bodyA, std
 // WorldInput wants.
 std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader);
 
-// Makes `manifold` hold exactly these points; user data stays at its index. Nobody is told of points that are gone.
+// Makes `manifold` hold exactly these points; user data stays at its index, and points beyond those that were there
+// have none. Nobody is told of points that are gone.
 void fillManifold(const Manifold& from, btPersistentManifold& manifold);
 
 // The same, and gContactDestroyedCallback is told of the points beyond.
