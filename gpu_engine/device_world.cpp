@@ -188,23 +188,24 @@ void DeviceWorld::swapStepResults() {
   std::swap(oldManifolds, manifolds);
 }
 
-void DeviceWorld::advance(Queue& queue) {
-  spareAabbs.resize(queue, std::max({spareAabbs.size(), aabbs.size(), oldAabbs.size()}));
-  sparePairKeys.resize(queue, std::max({sparePairKeys.size(), keys.size(), oldKeys.size()}));
-  sparePairCount.resize(queue, 1);
-  spareManifolds.resize(queue, std::max({spareManifolds.size(), manifolds.size(), oldManifolds.size()}));
-  swapStepResults();
+void DeviceWorld::swapWithSpare() {
   std::swap(aabbs, spareAabbs);
   std::swap(keys, sparePairKeys);
   std::swap(pairCount, sparePairCount);
   std::swap(manifolds, spareManifolds);
 }
 
+void DeviceWorld::advance(Queue& queue) {
+  spareAabbs.resize(queue, std::max({spareAabbs.size(), aabbs.size(), oldAabbs.size()}));
+  sparePairKeys.resize(queue, std::max({sparePairKeys.size(), keys.size(), oldKeys.size()}));
+  sparePairCount.resize(queue, 1);
+  spareManifolds.resize(queue, std::max({spareManifolds.size(), manifolds.size(), oldManifolds.size()}));
+  swapStepResults();
+  swapWithSpare();
+}
+
 void DeviceWorld::retreat() {
-  std::swap(aabbs, spareAabbs);
-  std::swap(keys, sparePairKeys);
-  std::swap(pairCount, sparePairCount);
-  std::swap(manifolds, spareManifolds);
+  swapWithSpare();
   swapStepResults();
 }
 

@@ -140,6 +140,7 @@ struct DeviceWorld {
   void forgetBodies(Queue& queue);
 
  private:
+  void swapWithSpare();
   void uploadHulls(Queue& queue, const HullArrays& hulls);
   void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
   void uploadJoints(Queue& queue, const WorldInput& input);

@@ -14,6 +14,7 @@ namespace {
 // memory.
 constexpr size_t kPairsPerBody = 6;
 constexpr size_t kMinPairs = 256;
+constexpr size_t kFirstPadding = 16 * BTGPU_LANES;
 constexpr uint kFirstColours = 8, kFirstRounds = 24, kSpareRounds = 4;
 
 // Up at once, down by and by: after a calm moment the next impact should not find everything taken away.
@@ -52,7 +53,7 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     const size_t most = m_device->description().largestAllocation / sizeof(Manifold);
     const size_t guess = std::max(kMinPairs, std::min(kPairsPerBody * bodyCount, most));
     wanted.pairs = std::max(guess, m_engineSettings.pairCapacity);
-    wanted.slots = wanted.pairs / 2 + 2 * kFirstColours * BTGPU_LANES;
+    wanted.slots = wanted.pairs / 2 + kFirstPadding;
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
   }

@@ -4,6 +4,7 @@
 // translation/ from Bullet's objects; the engine keeps a copy of it on the device. No Bullet and no OpenCL in here.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -70,20 +71,24 @@ struct WorldInput {
   bool replaceManifolds = false;
   std::vector<Manifold> manifolds;
 
+  // Of a WorldInput or a const one.
+  template <typename Input>
+  static auto changeLists(Input& in) {
+    return std::array{
+        &in.infos.changed,     &in.poses.changed,    &in.velocities.changed,  &in.forces.changed, &in.masses.changed,
+        &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed, &in.born};
+  }
+
   // False if anything of the bodies, shapes and hulls changed since the last step.
   bool unchanged() const {
-    for (const auto* list : {&infos.changed, &poses.changed, &velocities.changed, &forces.changed, &masses.changed,
-                             &materials.changed, &dampings.changed, &activations.changed, &shapes.changed, &born}) {
+    for (const auto* list : changeLists(*this)) {
       if (!list->empty()) return false;
     }
     return !hulls.changed && !replaceManifolds;
   }
 
   void clearChanges() {
-    for (auto* list : {&infos.changed, &poses.changed, &velocities.changed, &forces.changed, &masses.changed,
-                       &materials.changed, &dampings.changed, &activations.changed, &shapes.changed, &born}) {
-      list->clear();
-    }
+    for (auto* list : changeLists(*this)) list->clear();
     hulls.changed = false;
     replaceManifolds = false;
     manifolds.clear();

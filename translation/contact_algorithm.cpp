@@ -6,9 +6,9 @@
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include <new>
-#include <typeinfo>
 #include <utility>
 
+#include "exact_type.h"
 #include "private_access.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -33,7 +33,7 @@ btPersistentManifold* onlyManifold(btCollisionAlgorithm& algorithm) {
 // Bullet's algorithms make a manifold of their own, some at once, some when they first run. Gives them another one.
 template <typename Algorithm, typename Manifold, typename Owns>
 bool handOver(btCollisionAlgorithm& algorithm, btPersistentManifold* manifold, btDispatcher& dispatcher) {
-  if (typeid(algorithm) != typeid(Algorithm)) return false;
+  if (!isExactly<Algorithm>(algorithm)) return false;
   auto& a = static_cast<Algorithm&>(algorithm);
   btPersistentManifold*& own = a.*memberPointer(Manifold());
   bool& owns = a.*memberPointer(Owns());
@@ -67,7 +67,7 @@ void ManifoldRegistry::reclaim() {
 }
 
 bool DeviceContactAlgorithm::isOurs(const btBroadphasePair& pair) {
-  return pair.m_algorithm && typeid(*pair.m_algorithm) == typeid(DeviceContactAlgorithm);
+  return pair.m_algorithm && isExactly<DeviceContactAlgorithm>(*pair.m_algorithm);
 }
 
 DeviceContactAlgorithm* DeviceContactAlgorithm::find(const btBroadphasePair& pair,

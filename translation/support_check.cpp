@@ -11,6 +11,8 @@
 #include <cstring>
 #include <typeinfo>
 
+#include "exact_type.h"
+
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
@@ -49,7 +51,7 @@ const btOverlappingPairCallback* userCallbackOf(btBroadphaseInterface& broadphas
 
 // btGhostPairCallback only keeps the lists of ghost objects.
 bool mayChangeBodies(const btOverlappingPairCallback* callback) {
-  return callback && typeid(*callback) != typeid(btGhostPairCallback);
+  return callback && !isExactly<btGhostPairCallback>(*callback);
 }
 
 constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, STATIC_PLANE_PROXYTYPE,
@@ -76,7 +78,7 @@ bool hasStockAlgorithms(btCollisionDispatcher& dispatcher) {
 
 void checkDispatcher(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   btDispatcher& dispatcher = *world.getDispatcher();
-  if (typeid(dispatcher) != typeid(btCollisionDispatcher)) {
+  if (!isExactly<btCollisionDispatcher>(dispatcher)) {
     missing.add("dispatcher", "not Bullet's own btCollisionDispatcher");
     return;
   }
@@ -89,7 +91,7 @@ void checkDispatcher(btDiscreteDynamicsWorld& world, FallbackList& missing) {
 
 void checkPairCache(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   btOverlappingPairCache& cache = *world.getPairCache();
-  if (typeid(cache) != typeid(btHashedOverlappingPairCache) && typeid(cache) != typeid(btSortedOverlappingPairCache)) {
+  if (!isExactly<btHashedOverlappingPairCache, btSortedOverlappingPairCache>(cache)) {
     missing.add("pair cache", "not Bullet's own: it may keep pairs out that the device would collide");
   }
 }
@@ -102,7 +104,7 @@ void checkCallbacks(btDiscreteDynamicsWorld& world, FallbackList& missing) {
 
 void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   btConstraintSolver& solver = *world.getConstraintSolver();
-  if (typeid(solver) != typeid(btSequentialImpulseConstraintSolver)) {
+  if (!isExactly<btSequentialImpulseConstraintSolver>(solver)) {
     missing.add("constraint solver", "not Bullet's own btSequentialImpulseConstraintSolver");
   }
   const btContactSolverInfo& info = world.getSolverInfo();
@@ -111,7 +113,7 @@ void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
     missing.add("m_leastSquaresResidualThreshold", "iterations can't end early on the device");
   }
   btSimulationIslandManager& islands = *world.getSimulationIslandManager();
-  if (typeid(islands) != typeid(btSimulationIslandManager)) missing.add("island manager", "not Bullet's own");
+  if (!isExactly<btSimulationIslandManager>(islands)) missing.add("island manager", "not Bullet's own");
   if (!islands.getSplitIslands()) missing.add("setSplitIslands(false)", "not on the device");
 }
 

@@ -2,7 +2,6 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
-#include <algorithm>
 #include <type_traits>
 #include <vector>
 

@@ -6,6 +6,7 @@
 #include <CL/cl.h>
 
 #include <climits>
+#include <functional>
 
 #include "tests/support/facade_world.h"
 #include "tests/support/failing_opencl.h"
@@ -190,6 +191,24 @@ TEST_F(OutOfMemory, ArrayLargerThanTheDeviceAllows) {
   expectReported(w, 2, "CL_INVALID_BUFFER_SIZE");
 }
 
+// Two steps, then four substeps in one call, of which something breaks; they must end as `expected` all the same.
+// Returns how many substeps were ahead.
+unsigned long long fourSubsteps(const btGpuSettings& settings, const std::vector<BodyState>& expected,
+                                const std::function<void()>& breakThem, const std::string& what) {
+  FailingOpenCl::reset();
+  GpuWorld w(settings);
+  build(w, 20);
+  w.run(2);
+  FailingOpenCl::reset();
+  breakThem();
+  w.world.stepSimulation(s(4 / 60.0), 4, s(1 / 60.0));
+  EXPECT_EQ(w.world.statistics().m_deviceSteps, 6u) << what;
+  expectAllOnDevice(w.world);
+  const auto states = statesOf(w.objects);
+  for (size_t i = 0; i < states.size(); ++i) expectSame(states[i], expected[i], what);
+  return w.world.statistics().m_prefetchedSteps;
+}
+
 // What running a substep ahead wants on top is not there: substeps come one by one, on the device.
 TEST_F(OutOfMemory, EachAllocationForSubstepsAhead) {
   btGpuSettings settings;
@@ -198,26 +217,17 @@ TEST_F(OutOfMemory, EachAllocationForSubstepsAhead) {
   build(single, 20);
   single.run(6);
   const auto expected = statesOf(single.objects);
-  const auto fourSubsteps = [](GpuWorld& w) { w.world.stepSimulation(s(4 / 60.0), 4, s(1 / 60.0)); };
   int allocations = 0;
   for (int k = -1; k < std::max(1, allocations); ++k) {
-    FailingOpenCl::reset();
-    GpuWorld w(settings);
-    build(w, 20);
-    w.run(2);
-    FailingOpenCl::reset();
-    FailingOpenCl::failBuffersAfter(k, CL_MEM_OBJECT_ALLOCATION_FAILURE);  // -1: never
-    fourSubsteps(w);
+    const auto ahead = fourSubsteps(
+        settings, expected, [k] { FailingOpenCl::failBuffersAfter(k, CL_MEM_OBJECT_ALLOCATION_FAILURE); },  // -1: never
+        std::to_string(k));
     if (k < 0) {
       allocations = FailingOpenCl::buffers();
       EXPECT_GE(allocations, 8);
     }
     EXPECT_EQ(FailingOpenCl::failures() > 0, k >= 0);
-    EXPECT_EQ(w.world.statistics().m_prefetchedSteps, k < 0 ? 3u : 0u) << k;
-    EXPECT_EQ(w.world.statistics().m_deviceSteps, 6u) << k;
-    expectAllOnDevice(w.world);
-    const auto states = statesOf(w.objects);
-    for (size_t i = 0; i < states.size(); ++i) expectSame(states[i], expected[i], std::to_string(k));
+    EXPECT_EQ(ahead, k < 0 ? 3u : 0u) << k;
   }
 }
 
@@ -234,18 +244,11 @@ TEST_F(OutOfMemory, AtALaunchOfASubstepAhead) {
   counted.run(1);
   const int launches = FailingOpenCl::launches();
   for (const int k : {launches, launches + 1, launches + launches / 2, 2 * launches}) {
-    FailingOpenCl::reset();
-    GpuWorld w(settings);
-    build(w, 20);
-    w.run(2);
-    FailingOpenCl::reset();
-    FailingOpenCl::failOneLaunchAfter(k, CL_MEM_OBJECT_ALLOCATION_FAILURE);
-    w.world.stepSimulation(s(4 / 60.0), 4, s(1 / 60.0));
+    const auto ahead = fourSubsteps(
+        settings, expected, [k] { FailingOpenCl::failOneLaunchAfter(k, CL_MEM_OBJECT_ALLOCATION_FAILURE); },
+        std::to_string(k));
     EXPECT_EQ(FailingOpenCl::failures(), 1) << k;
-    EXPECT_EQ(w.world.statistics().m_prefetchedSteps, 0u) << k;
-    expectAllOnDevice(w.world);
-    const auto states = statesOf(w.objects);
-    for (size_t i = 0; i < states.size(); ++i) expectSame(states[i], expected[i], std::to_string(k));
+    EXPECT_EQ(ahead, 0u) << k;
   }
 }
 

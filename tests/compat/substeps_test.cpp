@@ -75,30 +75,28 @@ struct Contact {
 using Contacts = std::map<std::pair<int, int>, std::vector<Contact>>;
 
 // By the user indices of body 0 and 1; those with points.
-Contacts contactsOf(btDynamicsWorld& world) {
-  Contacts contacts;
+template <typename Value, typename Read>
+std::map<std::pair<int, int>, std::vector<Value>> readPoints(btDynamicsWorld& world, const Read& read) {
+  std::map<std::pair<int, int>, std::vector<Value>> values;
   btDispatcher& dispatcher = *world.getDispatcher();
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& m = *dispatcher.getManifoldByIndexInternal(i);
     for (int k = 0; k < m.getNumContacts(); ++k) {
-      contacts[{m.getBody0()->getUserIndex(), m.getBody1()->getUserIndex()}].push_back(
-          {numbersOf(m.getContactPoint(k)), m.getContactPoint(k).m_userPersistentData});
+      values[{m.getBody0()->getUserIndex(), m.getBody1()->getUserIndex()}].push_back(read(m.getContactPoint(k)));
     }
   }
-  return contacts;
+  return values;
+}
+
+Contacts contactsOf(btDynamicsWorld& world) {
+  return readPoints<Contact>(world, [](const btManifoldPoint& p) {
+    return Contact{numbersOf(p), p.m_userPersistentData};
+  });
 }
 
 // Age of each point, by pair: one whose manifold is of an earlier substep is younger.
 std::map<std::pair<int, int>, std::vector<int>> agesOf(btDynamicsWorld& world) {
-  std::map<std::pair<int, int>, std::vector<int>> ages;
-  btDispatcher& dispatcher = *world.getDispatcher();
-  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold& m = *dispatcher.getManifoldByIndexInternal(i);
-    for (int k = 0; k < m.getNumContacts(); ++k) {
-      ages[{m.getBody0()->getUserIndex(), m.getBody1()->getUserIndex()}].push_back(m.getContactPoint(k).m_lifeTime);
-    }
-  }
-  return ages;
+  return readPoints<int>(world, [](const btManifoldPoint& p) { return p.m_lifeTime; });
 }
 
 void expectSameBodies(const SubstepWorld& a, const SubstepWorld& b, const std::string& what) {
