@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "../kernels/shared/team.h"
+
 namespace btgpu {
 namespace {
 
@@ -63,6 +65,7 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
     // No manifolds yet. Both, since the step of an empty world swaps them without a kernel having run.
     pairCount.copyFromHost(queue, {0u});
     oldPairCount.copyFromHost(queue, {0u});
+    solverTeam.copyFromHost(queue, std::vector<uint>(TEAM_SIZE, 0));
   }
   resizeAll(BUCKET_COUNT + 1, bucketFirst);
   resizeAll(COLOUR_TABLE, slotFirst);

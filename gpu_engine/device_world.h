@@ -15,7 +15,7 @@ struct Capacities {
   size_t bodies = 0;
   size_t pairs = 0;
   size_t slots = 0;         // constraint slots, padding included
-  uint colourLaunches = 0;  // colours that get a launch of their own; all others share one
+  uint colourLaunches = 0;  // colours that get a launch of their own (GPU shape); all others share one
   uint colourRounds = 0;    // colouring rounds launched a step (GPU shape)
 };
 
@@ -104,6 +104,7 @@ struct DeviceWorld {
   DeviceArray<float> rows{"rows"};                      // stages 65 and 70; SLOT_FIELDS a slot
   DeviceArray<float> tangent2{"second friction rows"};  // SLOT_TANGENT2_FIELDS a slot, if used
   DeviceArray<float> torsion{"torsional rows"};         // SLOT_TORSION_FIELDS a slot, if used
+  DeviceArray<uint> solverTeam{"solver team"};          // TEAM_SIZE; stage 70
 
   // ---- the step itself ----------------------------------------------------------------------------------------------
   DeviceArray<StepParams> params{"step params"};        // 1; host

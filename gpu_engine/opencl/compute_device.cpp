@@ -23,6 +23,7 @@ constexpr size_t kCpuGroups = 32;
 constexpr size_t kGpuGroupSize = 128;
 constexpr size_t kCpuGrain = 256;    // fewer items than this are not worth a second work item
 constexpr size_t kChunkGrain = 512;  // ... and fewer than this a second chunk
+constexpr size_t kTeamGrain = 128;   // ... or a second member of a team
 constexpr size_t kGpuGroupsPerUnit = 4;
 constexpr size_t kMinGpuGroups = 64;
 
@@ -199,6 +200,11 @@ Grid ComputeDevice::grid(size_t items) const {
   if (m_shape == KernelShape::Cpu) return {std::clamp<size_t>(items / grain(kCpuGrain), 1, kCpuGroups), 1};
   const size_t groups = std::clamp<size_t>((items + kGpuGroupSize - 1) / kGpuGroupSize, 1, 4 * maxGroups());
   return {groups * kGpuGroupSize, kGpuGroupSize};
+}
+
+Grid ComputeDevice::teamGrid(size_t items) const {
+  const size_t most = std::max<size_t>(1, m_description.computeUnits);
+  return {std::clamp<size_t>(items / grain(kTeamGrain), 1, most), 1};
 }
 
 Grid ComputeDevice::chunkGrid(size_t items) const {

@@ -53,6 +53,9 @@ class ComputeDevice {
   Grid grid(size_t items) const;
   // Grid of kernels that work on contiguous chunks, one a group; `items` is an upper bound.
   Grid chunkGrid(size_t items) const;
+  // Grid of a team (kernels/lib/team.h), which loops over `items` items in every round: no more groups than can run at
+  // once.
+  Grid teamGrid(size_t items) const;
   size_t maxGroups() const;
   size_t groupSize() const;
 

@@ -12,13 +12,33 @@ constexpr const char* kFile = "stages/70_solve_velocities.cl";
 }  // namespace
 
 SolveVelocities::SolveVelocities(ComputeDevice& device)
-    : m_solveColour(device, kFile, "solveColour"),
-      m_solveRest(device, kFile, "solveRest"),
+    : m_inTeam(device.shape() == KernelShape::Cpu),
       m_solveJointColour(device, kFile, "solveJointColour"),
       m_solveJointsSerial(device, kFile, "solveJointsSerial"),
-      m_storeImpulses(device, kFile, "storeImpulses") {}
+      m_storeImpulses(device, kFile, "storeImpulses") {
+  if (m_inTeam) {
+    m_solveInTeam = Kernel(device, kFile, "solveInTeam");
+  } else {
+    m_solveColour = Kernel(device, kFile, "solveColour");
+    m_solveRest = Kernel(device, kFile, "solveRest");
+  }
+}
 
-void SolveVelocities::solveAll(Queue& queue, DeviceWorld& world, uint passes) {
+void SolveVelocities::solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats) {
+  if (!m_inTeam) {
+    for (int i = 0; i < repeats; ++i) {
+      for (const uint p : passes) solveColours(queue, world, p);
+    }
+    return;
+  }
+  uint sequence = 0;
+  for (size_t i = 0; i < passes.size(); ++i) sequence |= passes[i] << (i * PASS_BITS);
+  m_solveInTeam.launch(queue, queue.device().teamGrid(world.bodyCount), static_cast<uint>(repeats), sequence,
+                       world.counters, world.params, world.slotFirst, world.slots, world.solverMasses,
+                       world.solverBodies, world.rows, world.tangent2, world.torsion, world.solverTeam);
+}
+
+void SolveVelocities::solveColours(Queue& queue, DeviceWorld& world, uint passes) {
   // A colour can't hold more constraints than there are bodies to move.
   const Grid grid = queue.device().grid(world.bodyCount);
   for (uint colour = 0; colour < world.capacities.colourLaunches; ++colour) {
@@ -47,17 +67,16 @@ void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iterati
 
 void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows) {
   queue.enterStage("70_solve_velocities");
-  if (settings.warmStarting) solveAll(queue, world, PASS_WARM_START);
-  for (int i = 0; i < std::max(settings.iterations, world.jointIterations); ++i) {
-    if (i < world.jointIterations) solveJoints(queue, world, static_cast<uint>(i));
-    if (i >= settings.iterations) continue;
-    if (settings.interleaveContactAndFriction) {
-      solveAll(queue, world, PASS_NORMAL | PASS_FRICTION);
-    } else {
-      solveAll(queue, world, PASS_NORMAL);
-      solveAll(queue, world, PASS_FRICTION);
-    }
-    if (torsionRows) solveAll(queue, world, PASS_TORSION);
+  if (settings.warmStarting) solve(queue, world, {PASS_WARM_START}, 1);
+  std::vector<uint> passes = {PASS_NORMAL, PASS_FRICTION};
+  if (settings.interleaveContactAndFriction) passes = {PASS_NORMAL | PASS_FRICTION};
+  if (torsionRows) passes.push_back(PASS_TORSION);
+  for (int i = 0; i < world.jointIterations; ++i) {
+    solveJoints(queue, world, static_cast<uint>(i));
+    if (i < settings.iterations) solve(queue, world, passes, 1);
+  }
+  if (settings.iterations > world.jointIterations) {
+    solve(queue, world, passes, settings.iterations - world.jointIterations);
   }
   const uint slots = static_cast<uint>(world.capacities.slots);
   m_storeImpulses.launch(queue, queue.device().grid(slots), slots, world.counters, world.params, world.slots,

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <vector>
+
 #include "../device_world.h"
 
 namespace btgpu {
@@ -10,15 +12,21 @@ namespace btgpu {
 // rows, all torsional rows, colour by colour. Joints that want more iterations than the world get them afterwards,
 // alone. Reads slots, joints, solverMasses; changes rows, jointImpulses[] and solverBodies[]; writes the impulses of
 // contacts into manifolds[].
+//
+// On the CPU shape the members of one launch, or of one an iteration if there are joints, go through all colours and
+// passes together (docs/decisions/0011-solver-in-a-team.md); on the GPU shape each large colour of each pass is a
+// launch.
 class SolveVelocities {
  public:
   explicit SolveVelocities(ComputeDevice& device);
   void enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows);
 
  private:
-  void solveAll(Queue& queue, DeviceWorld& world, uint passes);
+  void solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats);
+  void solveColours(Queue& queue, DeviceWorld& world, uint passes);
   void solveJoints(Queue& queue, DeviceWorld& world, uint iteration);
-  Kernel m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
+  bool m_inTeam;
+  Kernel m_solveInTeam, m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
 };
 
 }  // namespace btgpu

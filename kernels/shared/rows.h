@@ -61,6 +61,7 @@ STRUCT(SlotHeader) {
 #define PASS_NORMAL 2u  // and the split impulse rows, whose velocities are their own
 #define PASS_FRICTION 4u
 #define PASS_TORSION 8u
+#define PASS_BITS 4
 
 #define COLOUR_LIMIT 64                 // colours solved in parallel; what needs more goes to the serial batch
 #define COLOUR_SERIAL COLOUR_LIMIT      // index of the serial batch in the colour tables

@@ -8,6 +8,7 @@
 #include "../shared/joint.h"
 #ifdef BTGPU_SHAPE_CPU
 #include "../lib/solve_wide.h"
+#include "../lib/team.h"
 #endif
 
 STRUCT(SlotRows) {
@@ -147,27 +148,81 @@ static void solveSlot(uint slot, uint passes, uint flags, __global const SlotHea
   if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(h, r, bodies, &s);
 }
 
-// What a work item takes at once: on the CPU shape BTGPU_WIDE slots in vectors, but for torsional rows.
-static uint slotsAtOnce(uint passes) {
 #ifdef BTGPU_SHAPE_CPU
-  return passes & PASS_TORSION ? 1 : BTGPU_WIDE;
-#else
-  return 1;
-#endif
-}
+
+// What a work item takes at once: BTGPU_WIDE slots in vectors, but for torsional rows.
+static uint slotsAtOnce(uint passes) { return passes & PASS_TORSION ? 1 : BTGPU_WIDE; }
 
 static void solveSlots(uint slot, uint passes, uint flags, __global const SlotHeader* slots,
                        __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                        __global float* tangent2, __global float* torsion) {
-#ifdef BTGPU_SHAPE_CPU
-  if (!(passes & PASS_TORSION)) {
-    solveWide(passes, flags & STEP_SPLIT_IMPULSE, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
-              flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
+  if (passes & PASS_TORSION) {
+    solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
     return;
   }
-#endif
-  solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+  solveWide(passes, flags & STEP_SPLIT_IMPULSE, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
+            flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
 }
+
+#define PART_BLOCKS 4u  // blocks of BTGPU_WIDE slots that are worth a part of their own
+
+// This member's share of the slots first ... end - 1 of one colour; false if it has to leave the team.
+static int solveColour(Member* m, uint first, uint end, uint passes, uint flags, __global const SlotHeader* slots,
+                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                       __global float* tangent2, __global float* torsion) {
+  const uint blocks = (end - first) / BTGPU_WIDE, step = slotsAtOnce(passes);
+  if (blocks == 0) return 1;
+  const uint parts = clamp(blocks / PART_BLOCKS, 1u, (uint)TEAM_PARTS);
+  uint mine = 0;
+  beginRound(m, parts);
+  for (uint part = takePart(m, parts); part != NO_INDEX; part = takePart(m, parts)) {
+    const uint partEnd = first + CHUNK_BEGIN(blocks, part + 1, parts) * BTGPU_WIDE;
+    for (uint slot = first + CHUNK_BEGIN(blocks, part, parts) * BTGPU_WIDE; slot < partEnd; slot += step) {
+      solveSlots(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    }
+    ++mine;
+  }
+  return endRound(m, mine);
+}
+
+// The serial batch, slot by slot, all by one member.
+static int solveSerial(Member* m, uint first, uint end, uint passes, uint flags, __global const SlotHeader* slots,
+                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                       __global float* tangent2, __global float* torsion) {
+  if (first == end) return 1;
+  beginRound(m, 1);
+  const uint mine = takePart(m, 1) != NO_INDEX;
+  for (uint slot = first; mine && slot < end; ++slot) {
+    solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+  }
+  return endRound(m, mine);
+}
+
+// `repeats` times the passes of `sequence`, the first one in its lowest PASS_BITS, each over all colours one after the
+// other and then the serial batch.
+KERNEL solveInTeam(uint repeats, uint sequence, __global const StepCounters* counters,
+                   __global const StepParams* params, __global const uint* slotFirst,
+                   __global const SlotHeader* slots, __global const SolverMass* masses, __global SolverBody* bodies,
+                   __global float* rows, __global float* tangent2, __global float* torsion, __global uint* team) {
+  RETURN_ON_OVERFLOW(counters);
+  const uint flags = params->flags, colours = counters->colourCount;
+  Member m = joinTeam(team);
+  int stays = 1;
+  for (uint repeat = 0; repeat < repeats; ++repeat) {
+    for (uint left = sequence; left != 0; left >>= PASS_BITS) {
+      const uint passes = left & ((1u << PASS_BITS) - 1);
+      for (uint colour = 0; colour < colours && stays; ++colour) {
+        stays = solveColour(&m, slotFirst[colour], slotFirst[colour + 1], passes, flags, slots, masses, bodies, rows,
+                            tangent2, torsion);
+      }
+      stays = stays && solveSerial(&m, slotFirst[COLOUR_SERIAL], slotFirst[COLOUR_SERIAL + 1], passes, flags, slots,
+                                   masses, bodies, rows, tangent2, torsion);
+    }
+  }
+  leaveTeam(&m);
+}
+
+#else
 
 // Solves the slots of one parallel colour.
 KERNEL solveColour(uint colour, uint passes, __global const StepCounters* counters, __global const StepParams* params,
@@ -175,9 +230,9 @@ KERNEL solveColour(uint colour, uint passes, __global const StepCounters* counte
                    __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                    __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
-  const uint first = slotFirst[colour], flags = params->flags, step = slotsAtOnce(passes);
-  FOR_EACH(i, (slotFirst[colour + 1] - first) / step) {
-    solveSlots(first + i * step, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+  const uint first = slotFirst[colour], flags = params->flags;
+  FOR_EACH(i, slotFirst[colour + 1] - first) {
+    solveSlot(first + i, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
 }
 
@@ -188,21 +243,21 @@ KERNEL solveRest(uint firstColour, uint passes, __global const StepCounters* cou
                  __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                  __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
-  const uint flags = params->flags, colours = counters->colourCount, step = slotsAtOnce(passes);
+  const uint flags = params->flags, colours = counters->colourCount;
   for (uint colour = firstColour; colour < colours; ++colour) {
     const uint first = slotFirst[colour], end = slotFirst[colour + 1];
-    for (uint slot = first + get_local_id(0) * step; slot < end; slot += GROUP_SIZE * step) {
-      solveSlots(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    for (uint slot = first + get_local_id(0); slot < end; slot += GROUP_SIZE) {
+      solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
     }
-#ifndef BTGPU_SHAPE_CPU
     barrier(CLK_GLOBAL_MEM_FENCE);
-#endif
   }
   if (get_local_id(0) != 0) return;
   for (uint slot = slotFirst[COLOUR_SERIAL]; slot < slotFirst[COLOUR_SERIAL + 1]; ++slot) {
     solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
 }
+
+#endif
 
 // ---- joints
 

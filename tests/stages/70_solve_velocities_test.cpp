@@ -374,7 +374,8 @@ TEST_F(SolveVelocitiesTest, SerialBatch) {
 }
 
 // Which colours get a launch of their own is a question of speed: the result is the same, bit by bit. The largest
-// colours have more constraints than a work group of the GPU shape has lanes.
+// colours have more constraints than a work group of the GPU shape has lanes. (On the CPU shape the members of the team
+// may do other parts in each run.)
 TEST_F(SolveVelocitiesTest, LaunchesDoNotMatter) {
   std::mt19937 random(9);
   for (const uint bits : {0u, 13u}) {
