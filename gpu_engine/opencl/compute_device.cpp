@@ -203,7 +203,8 @@ Grid ComputeDevice::grid(size_t items) const {
 }
 
 Grid ComputeDevice::teamGrid(size_t items) const {
-  const size_t most = std::max<size_t>(1, m_description.computeUnits);
+  // The CPU shape on a GPU, if somebody asks for it: memory is not ordered between its groups as a team needs it.
+  const size_t most = m_description.type == "cpu" ? std::max(1u, m_description.computeUnits) : 1;
   return {std::clamp<size_t>(items / grain(kTeamGrain), 1, most), 1};
 }
 

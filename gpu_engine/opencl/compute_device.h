@@ -54,7 +54,7 @@ class ComputeDevice {
   // Grid of kernels that work on contiguous chunks, one a group; `items` is an upper bound.
   Grid chunkGrid(size_t items) const;
   // Grid of a team (kernels/lib/team.h), which loops over `items` items in every round: no more groups than can run at
-  // once.
+  // once, and one on what is not a CPU.
   Grid teamGrid(size_t items) const;
   size_t maxGroups() const;
   size_t groupSize() const;
