@@ -24,14 +24,16 @@ using btgpu::WorldState;
 
 namespace {
 
-// Each reason is said once a process: an application may make a world a level, or hundreds.
-void sayOnce(const std::string& reason) {
+// Each line is said once a process: an application may make a world a level, or hundreds.
+void sayOnce(const std::string& line) {
   static std::mutex mutex;
   static std::set<std::string> said;
   const std::lock_guard<std::mutex> lock(mutex);
-  if (!said.insert(reason).second) return;
-  std::fprintf(stderr, "btgpu: %s; the world goes on on Bullet's own CPU path\n", reason.c_str());
+  if (!said.insert(line).second) return;
+  std::fprintf(stderr, "btgpu: %s\n", line.c_str());
 }
+
+void sayNoEngine(const std::string& reason) { sayOnce(reason + "; the world goes on on Bullet's own CPU path"); }
 
 // The engine of a world, created at its first step. Null if there is none to be had.
 btgpu::Engine* engineOf(WorldState& state) {
@@ -41,21 +43,29 @@ btgpu::Engine* engineOf(WorldState& state) {
   settings.profile = state.settings.m_profile;
   settings.bodyCapacity = static_cast<size_t>(btMax(0, state.settings.m_bodyCapacity));
   settings.pairCapacity = static_cast<size_t>(btMax(0, state.settings.m_pairCapacity));
-  state.engine = btgpu::createEngine(settings, state.engineError);
+  using btgpu::Status;
+  Status why = Status::Ok;
+  state.engine = btgpu::createEngine(settings, state.engineError, &why);
+  const bool hopeless = why == Status::NoDevice || why == Status::WrongAbi;
+  if (!state.engine && !hopeless) state.engine = btgpu::createEngine(settings, state.engineError, &why);
   if (!state.engine) {
     if (state.engineError.empty()) state.engineError = "no engine";
-    sayOnce(state.engineError);
+    // A kernel that did not build twice won't later.
+    if (!hopeless && why != Status::BuildFailed) state.engineRetry.schedule();
+    sayNoEngine(state.engineError);
   } else {
+    state.engineError.clear();
     state.statistics.m_device = state.engine->info().device;
   }
   return state.engine.get();
 }
 
-// The device or its memory is gone: the world goes on without it. Bullet's objects still hold the state
+// The device or its memory is gone: the world goes on without it for a while. Bullet's objects still hold the state
 // before the step, so nothing is lost but the accumulated impulses.
 void loseEngine(WorldState& state) {
   state.engineError = state.engine->lastError();
-  sayOnce(state.engineError);
+  sayNoEngine(state.engineError);
+  state.engineRetry.schedule();
   state.engine.reset();
   state.statistics.m_device.clear();
   state.forgetWorld();
@@ -108,6 +118,10 @@ void keepStatistics(WorldState& state) {
   btGpuStatistics& s = state.statistics;
   ++s.m_deviceSteps;
   if (state.results.prefetched) ++s.m_prefetchedSteps;
+  if (!state.results.recoveredFrom.empty()) {
+    ++s.m_recoveredSteps;
+    sayOnce(state.results.recoveredFrom + "; the step was done again");
+  }
   s.m_repeatedSteps += static_cast<unsigned long long>(state.results.redos);
   s.m_pairs = c.pairCount;
   s.m_contactManifolds = c.constraintCount;
@@ -240,6 +254,7 @@ void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSetting
   if (sameEngine && state->engine) return;
   state->engine.reset();
   state->engineError.clear();
+  state->engineRetry.forget();
   state->forgetWorld();
   if (state->lastPath == Path::Device) state->lastPath = Path::None;
 }
@@ -297,6 +312,10 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   bool hostPairsDone = missing.empty() && state->settings.m_hostQueries && btgpu::hasPairCallback(*this);
   if (hostPairsDone) updateHostBroadphase(timeStep);
   Stopwatch watch;
+  if (missing.empty() && state->engineRetry.due()) {
+    state->engineError.clear();
+    state->forgetWorld();
+  }
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
   if (missing.empty() && (state->reader.hostBodiesChanged() || !state->reader.hostShares().empty())) catchUpContacts();

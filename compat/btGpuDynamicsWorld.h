@@ -56,7 +56,8 @@ struct btGpuStatistics {
   /// Of m_deviceSteps, those that the device had begun before stepSimulation came to them: it runs one substep ahead
   /// while nothing needs the state in between (docs/pipeline.md, "Substeps").
   unsigned long long m_prefetchedSteps = 0;
-  unsigned long long m_repeatedSteps = 0;  ///< steps done twice because an array on the device was too small
+  unsigned long long m_repeatedSteps = 0;   ///< steps done twice because an array on the device was too small
+  unsigned long long m_recoveredSteps = 0;  ///< steps done twice because a call of OpenCL failed, and then did not
   unsigned m_pairs = 0, m_contactManifolds = 0, m_contactPoints = 0, m_colours = 0;
   int m_launches = 0, m_waits = 0;
   double m_translateMs = 0;  ///< host time that reading Bullet's objects and writing them back took

@@ -72,8 +72,9 @@ const Plugin& plugin() {
 
 }  // namespace
 
-std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string& error) {
+std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string& error, Status* why) {
   const Plugin& p = plugin();
+  if (why) *why = Status::WrongAbi;
   if (!p.error.empty()) {
     error = p.error;
     return nullptr;
@@ -86,6 +87,7 @@ std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string
   } else if (!engine) {
     error = message;
   }
+  if (why) *why = status;
   return engine;
 }
 

@@ -10,9 +10,10 @@
 namespace btgpu {
 
 // Opens the engine plugin, once for the process and for ever, and creates an engine in it. On failure returns null
-// and says why in one line. The plugin is looked for at $BTGPU_ENGINE, beside this library, in the folders btgpu,
+// and says why in one line, and by a status (a plugin that does not fit or is not there: WrongAbi). The plugin is
+// looked for at $BTGPU_ENGINE, beside this library, in the folders btgpu,
 // ../lib and ../lib/btgpu from there, and where the dynamic linker looks.
-std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string& error);
+std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string& error, Status* why = nullptr);
 
 // All OpenCL devices; on failure false and one line.
 bool listDevices(std::vector<EngineInfo>& devices, std::string& error);

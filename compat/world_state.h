@@ -4,6 +4,7 @@
 // state lies in a table keyed by the world's address.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -47,6 +48,19 @@ class SubstepCount {
   int m_toFollow = 0;  // after the running one
 };
 
+// When an engine that was lost is tried again: after 8 steps, and each time it is lost again after twice as many.
+class EngineRetry {
+ public:
+  void schedule() { m_left = m_interval = m_interval == 0 ? kFirst : std::min(2 * m_interval, kMost); }
+  void forget() { m_left = m_interval = 0; }
+  // Counts a step without an engine.
+  bool due() { return m_left > 0 && --m_left == 0; }
+
+ private:
+  static constexpr int kFirst = 8, kMost = 1 << 14;
+  int m_left = 0, m_interval = 0;  // steps; m_left 0: never
+};
+
 struct WorldState {
   btGpuSettings settings;
   const void* ownTable = nullptr;  // virtual table of btGpuDynamicsWorld itself
@@ -56,7 +70,8 @@ struct WorldState {
   AabbUpdater aabbs;
   JointReader joints;
   std::unique_ptr<Engine> engine;
-  std::string engineError;  // why there is no engine; it is not tried again until configure()
+  std::string engineError;  // why there is no engine
+  EngineRetry engineRetry;  // when it is tried again, if not after configure() only
   StepResults results;      // of the last device step
   Path lastPath = Path::None;
   SubstepCount substeps;

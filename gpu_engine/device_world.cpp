@@ -79,7 +79,6 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
 static const Aabb kNoAabb = {{1, 1, 1, 0}, {-1, -1, -1, 0}};
 
 void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
-  const size_t oldCount = bodyCount;
   bodyCount = input.bodyCount;
   uploadTracked(queue, input.infos, infos);
   uploadTracked(queue, input.poses, poses);
@@ -95,7 +94,7 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   if (hostManifoldCount > 0) hostManifolds.copyFromHost(queue, input.hostManifolds, false);
   uploadHulls(queue, input.hulls);
 
-  uploadBorn(queue, input.born, input.replaceManifolds, oldCount);
+  uploadBorn(queue, input.born, input.replaceManifolds);
   if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
   uploadJoints(queue, input);
   ignoredCount = static_cast<uint>(input.ignoredPairs.size());
@@ -150,8 +149,8 @@ void DeviceWorld::forgetStaleAabbs(Queue& queue, const WorldInput& input) {
   }
 }
 
-void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem,
-                             size_t oldCount) {
+void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem) {
+  const size_t oldCount = m_knownAabbs;
   oldAabbs.resize(queue, std::max(oldAabbs.size(), bodyCount));
   if (bodyCount > oldCount) {
     m_noAabbs.assign(bodyCount - oldCount, kNoAabb);
@@ -160,6 +159,7 @@ void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bor
   for (const std::uint32_t i : bornNow) {
     if (i < oldCount) queue.write(oldAabbs.buffer(), i * sizeof(Aabb), sizeof(Aabb), &kNoAabb, false);
   }
+  m_knownAabbs = bodyCount;
   if (bornNow.empty() && !m_anyBorn && bodyCount == oldCount) return;
   m_anyBorn = !bornNow.empty();
   m_bornFlags.assign(bodyCount, 0);
@@ -232,6 +232,19 @@ void DeviceWorld::forgetBodies(Queue& queue) {
   poses.resize(queue, 0);
   velocities.resize(queue, 0);
   activations.resize(queue, 0);
+}
+
+void DeviceWorld::forgetUploads(Queue& queue) {
+  forgetBodies(queue);
+  forces.resize(queue, 0);
+  masses.resize(queue, 0);
+  materials.resize(queue, 0);
+  dampings.resize(queue, 0);
+  shapes.resize(queue, 0);
+  hullVertices.resize(queue, 0);
+  m_anyBorn = true;
+  m_colouredJoints.clear();
+  m_ignoredPairs.clear();
 }
 
 }  // namespace btgpu

@@ -139,19 +139,22 @@ struct DeviceWorld {
   bool holds(const WorldInput& input) const;
   // The next upload() brings all of the state that a step changes.
   void forgetBodies(Queue& queue);
+  // The next upload() brings everything: an earlier one may have broken off. What the last step left stays.
+  void forgetUploads(Queue& queue);
 
  private:
   void swapWithSpare();
   void uploadHulls(Queue& queue, const HullArrays& hulls);
   void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
   void uploadJoints(Queue& queue, const WorldInput& input);
-  void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem, size_t oldCount);
+  void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem);
 
   // Host copies of uploads that may still be pending.
   std::vector<uint> m_bornFlags, m_count;
   std::vector<ulong> m_keys;
   std::vector<Aabb> m_noAabbs;
   bool m_anyBorn = false;
+  size_t m_knownAabbs = 0;  // of oldAabbs, those that were written
   std::vector<Joint> m_colouredJoints;
   std::vector<ulong> m_ignoredPairs;
 };

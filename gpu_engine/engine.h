@@ -14,7 +14,7 @@
 namespace btgpu {
 
 // Changes whenever anything in this header or in the headers it includes changes its layout.
-inline constexpr int kEngineAbi = 5;
+inline constexpr int kEngineAbi = 6;
 // Name of the factory in the plugin: EngineFactory.
 inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
 inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
@@ -57,7 +57,7 @@ class Engine {
   virtual ~Engine() = default;
 
   // Takes over what changed in `input` and starts the step; returns while the device works. `input` must stay as
-  // it is until finishStep returns. With StepSettings::substepsToFollow the device goes on with the next substep; that
+  // it is until finishStep returns. If a call of OpenCL fails, here or in finishStep, the step is done again once. With StepSettings::substepsToFollow the device goes on with the next substep; that
   // is thrown away if the next beginStep comes with changes or with other settings.
   virtual Status beginStep(const WorldInput& input, const StepSettings& settings) noexcept = 0;
   // Waits for the step that was begun and brings the results.

@@ -46,10 +46,11 @@ struct StepResults {
   std::vector<float> jointImpulses;  // impulse of each row
 
   StepCounters counters{};
-  bool prefetched = false;  // the step was already under way when it was begun
-  int redos = 0;            // how often the step was repeated because an array was too small
-  int launches = 0;         // kernels launched
-  int waits = 0;            // times the host waited for the device
+  bool prefetched = false;    // the step was already under way when it was begun
+  int redos = 0;              // how often the step was repeated because an array was too small
+  int launches = 0;           // kernels launched
+  int waits = 0;              // times the host waited for the device
+  std::string recoveredFrom;  // the error of a call that failed, if the step was done again because of it
 };
 
 }  // namespace btgpu

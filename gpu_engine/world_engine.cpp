@@ -62,6 +62,19 @@ void WorldEngine::makeRoom(size_t bodyCount) {
 
 void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
   m_waitsBefore = m_queue.waits();
+  m_input = &input;
+  m_recoveredFrom.clear();
+  try {
+    start(input, settings);
+  } catch (const OpenClError& e) {
+    // A step ahead has the last finished one for its start, which is in place.
+    m_ahead = Ahead::None;
+    recover(e);
+    start(input, settings);
+  }
+}
+
+void WorldEngine::start(const WorldInput& input, const StepSettings& settings) {
   m_pipeline.endContactReads(m_queue);
   m_prefetched = adoptAhead(input, settings);
   if (!m_prefetched) {
@@ -70,13 +83,34 @@ void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
     flight.settings = settings;
     flight.contactsUnseen = m_contactsUnseen && !input.replaceManifolds;
     m_traits = traitsOf(input);
-    makeRoom(input.bodyCount);
-    m_world->upload(m_queue, input);
-    if (!settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
-    makeRoomFor(flight);
-    enqueue(flight, false);
+    launchCurrent(input);
   }
   if (mayRunAhead(input)) runAhead();
+}
+
+void WorldEngine::launchCurrent(const WorldInput& input) {
+  Flight& flight = m_flights[m_current];
+  makeRoom(input.bodyCount);
+  m_world->upload(m_queue, input);
+  if (!flight.settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
+  makeRoomFor(flight);
+  enqueue(flight, false);
+}
+
+// After a failed call: waits until nothing runs any more, gives memory back if that was lacking, and sees to it that
+// all that the host knows comes again. Throws if the device does not do even that.
+void WorldEngine::recover(const OpenClError& error) {
+  m_recoveredFrom = error.what();
+  m_queue.finish();
+  if (m_ahead != Ahead::None) {
+    m_ahead = Ahead::None;
+    m_world->retreat();
+  }
+  if (error.kind() == OpenClError::Kind::OutOfMemory) {
+    m_aheadAllowed = false;
+    m_world->dropSpare();
+  }
+  m_world->forgetUploads(m_queue);
 }
 
 // True if the step that is asked for is the one that is under way.
@@ -115,8 +149,8 @@ void WorldEngine::runAhead() {
     m_ahead = Ahead::Broken;
     enqueue(next, true);
     m_ahead = Ahead::Running;
-  } catch (const OpenClError& e) {
-    if (e.kind() != OpenClError::Kind::OutOfMemory) throw;
+  } catch (const OpenClError& e) {  // the current step is on its way all the same
+    if (e.kind() != OpenClError::Kind::OutOfMemory) return;
     m_aheadAllowed = false;
     if (m_ahead == Ahead::None) m_world->dropSpare();
   }
@@ -125,8 +159,8 @@ void WorldEngine::runAhead() {
 // The current step has to be seen to first; the one ahead has found that out and done nothing.
 void WorldEngine::takeBackAhead() {
   if (m_ahead == Ahead::None) return;
-  m_ahead = Ahead::None;
   m_queue.finish();
+  m_ahead = Ahead::None;
   m_world->retreat();
   if (!m_aheadAllowed) m_world->dropSpare();
 }
@@ -188,9 +222,23 @@ void WorldEngine::copyResults(const Flight& flight, StepResults& results) const 
 }
 
 void WorldEngine::finish(StepResults& results) {
-  Flight& flight = m_flights[m_current];
   results.redos = 0;
   results.prefetched = m_prefetched;
+  try {
+    conclude(results);
+  } catch (const OpenClError& e) {
+    recover(e);
+    m_pipeline.endContactReads(m_queue);
+    launchCurrent(*m_input);
+    conclude(results);
+  }
+  m_input = nullptr;
+  results.recoveredFrom = m_recoveredFrom;
+  m_device->programs().saveNext();
+}
+
+void WorldEngine::conclude(StepResults& results) {
+  Flight& flight = m_flights[m_current];
   await(flight);
   results.launches = flight.launches;
   while (flight.counters[0].overflow != 0) {
@@ -217,7 +265,6 @@ void WorldEngine::finish(StepResults& results) {
   if (m_ahead == Ahead::None) m_world->swapStepResults();
   m_contactsUnseen = flight.settings.contacts && !flight.settings.sendsContacts();
   results.waits = m_queue.waits() - m_waitsBefore;
-  m_device->programs().saveNext();
 }
 
 void WorldEngine::readContacts(StepResults& results) {

@@ -17,6 +17,9 @@ namespace btgpu {
 // While substeps are to follow it runs one substep ahead of what it has been asked for, so that the device does not
 // wait for the host in between. The substep ahead reads nothing but what the one before it left on the device; it is
 // adopted if begin() comes with no change, and else thrown away.
+//
+// A call of OpenCL that fails may fail but once: the step is then done again, once, from where it began. What the step
+// before it left on the device is not touched until a step has succeeded; all else comes from the input anew.
 class WorldEngine {
  public:
   explicit WorldEngine(const EngineSettings& settings);
@@ -53,6 +56,10 @@ class WorldEngine {
     Broken,  // launched in part only
   };
 
+  void start(const WorldInput& input, const StepSettings& settings);
+  void launchCurrent(const WorldInput& input);
+  void conclude(StepResults& results);
+  void recover(const OpenClError& error);
   void makeRoom(size_t bodyCount);
   void makeRoomFor(Flight& flight);
   void enqueue(Flight& flight, bool ahead);
@@ -77,9 +84,11 @@ class WorldEngine {
   Flight m_flights[2];  // the step that was begun, and the one ahead of it
   int m_current = 0;    // which of them was begun
   Ahead m_ahead = Ahead::None;
-  bool m_aheadAllowed = true;     // there is memory for it
-  bool m_contactsUnseen = false;  // the contacts of the last finished step were wanted later, and not sent
-  bool m_prefetched = false;      // the current step was ahead once
+  bool m_aheadAllowed = true;           // there is memory for it
+  bool m_contactsUnseen = false;        // the contacts of the last finished step were wanted later, and not sent
+  bool m_prefetched = false;            // the current step was ahead once
+  const WorldInput* m_input = nullptr;  // from begin() to finish()
+  std::string m_recoveredFrom;          // the error that the current step was done again for
   const std::vector<StepCounters> m_noCounters = std::vector<StepCounters>(1);
   int m_waitsBefore = 0;
 };

@@ -11,8 +11,9 @@
 namespace btgpu {
 
 // Host memory that the device writes into while the host does something else: allocated by OpenCL and mapped for as
-// long as it lives, since a copy into ordinary memory makes NVIDIA's driver wait for the queue. Contents are lost when
-// it grows. The queue must be done with it when it grows and when it goes.
+// long as it lives, since a copy into ordinary memory makes NVIDIA's driver wait for the queue. Ordinary memory does
+// where OpenCL has none of that kind left. Contents are lost when it grows. The queue must be done with it when it
+// grows and when it goes.
 template <typename T>
 class HostArray {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -31,12 +32,10 @@ class HostArray {
       release();
       m_capacity = 0;
       const size_t wanted = size + size / 2;
-      try {
-        m_buffer = cl::Buffer(queue.device().context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, wanted * sizeof(T));
-        m_data = static_cast<T*>(
-            queue.raw().enqueueMapBuffer(m_buffer, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, wanted * sizeof(T)));
-      } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "memory of the host"); }
-      m_queue = queue.raw();
+      if (!allocate(queue, wanted)) {
+        m_ordinary.resize(wanted);
+        m_data = m_ordinary.data();
+      }
       m_capacity = wanted;
     }
     m_size = size;
@@ -50,16 +49,29 @@ class HostArray {
   void copyTo(std::vector<T>& destination) const { destination.assign(m_data, m_data + m_size); }
 
  private:
+  bool allocate(Queue& queue, size_t count) {
+    try {
+      m_buffer = cl::Buffer(queue.device().context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, count * sizeof(T));
+      m_data = static_cast<T*>(
+          queue.raw().enqueueMapBuffer(m_buffer, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, count * sizeof(T)));
+      m_queue = queue.raw();
+      return true;
+    } catch (const cl::Error&) {
+      m_buffer = cl::Buffer();
+      return false;
+    }
+  }
   void release() noexcept {
-    if (!m_data) return;
     // Nothing to be done if the device is lost.
-    clEnqueueUnmapMemObject(m_queue(), m_buffer(), m_data, 0, nullptr, nullptr);
+    if (m_data && m_ordinary.empty()) clEnqueueUnmapMemObject(m_queue(), m_buffer(), m_data, 0, nullptr, nullptr);
     m_data = nullptr;
     m_buffer = cl::Buffer();
+    m_ordinary.clear();
   }
 
   cl::Buffer m_buffer;
   cl::CommandQueue m_queue;
+  std::vector<T> m_ordinary;  // in place of m_buffer
   T* m_data = nullptr;
   size_t m_size = 0, m_capacity = 0;
 };

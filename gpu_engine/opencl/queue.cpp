@@ -83,7 +83,11 @@ void Queue::wait(const cl::Event& event) {
   ++m_waits;
 }
 
-void Queue::flush() { m_queue.flush(); }
+void Queue::flush() {
+  try {
+    m_queue.flush();
+  } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "in a step"); }
+}
 
 std::vector<StageTime> Queue::takeProfile() {
   std::vector<StageTime> times;
