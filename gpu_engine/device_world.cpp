@@ -59,13 +59,13 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   };
   resizeAll(c.bodies, born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
   resizeAll(c.pairs, keys, pairs, items, contacts, manifolds, constraints, oldKeys, oldManifolds);
-  const bool fresh = oldPairCount.empty();
   resizeAll(1, pairCount, oldPairCount, manifoldCount, constraintCount, params, counters, hostAabbs);
-  if (fresh) {
+  if (!m_begun) {
     // No manifolds yet. Both, since the step of an empty world swaps them without a kernel having run.
     pairCount.copyFromHost(queue, {0u});
     oldPairCount.copyFromHost(queue, {0u});
     solverTeam.copyFromHost(queue, std::vector<uint>(TEAM_SIZE, 0));
+    m_begun = true;
   }
   resizeAll(BUCKET_COUNT + 1, bucketFirst);
   resizeAll(COLOUR_TABLE, slotFirst);

@@ -153,6 +153,7 @@ struct DeviceWorld {
   std::vector<uint> m_bornFlags, m_count;
   std::vector<ulong> m_keys;
   std::vector<Aabb> m_noAabbs;
+  bool m_begun = false;  // what has to be there before the first step is
   bool m_anyBorn = false;
   size_t m_knownAabbs = 0;  // of oldAabbs, those that were written
   std::vector<Joint> m_colouredJoints;

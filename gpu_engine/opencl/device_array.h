@@ -9,6 +9,7 @@
 #include <cassert>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "error.h"
@@ -122,9 +123,10 @@ class HostView {
     m_data = static_cast<T*>(queue.map(m_buffer, count * sizeof(T)));
   }
   void unmap(Queue& queue) {
-    if (m_data) queue.unmap(m_buffer, m_data);
-    m_data = nullptr;
-    m_buffer = cl::Buffer();
+    // Once, whether it works or not.
+    T* data = std::exchange(m_data, nullptr);
+    const cl::Buffer buffer = std::exchange(m_buffer, cl::Buffer());
+    if (data) queue.unmap(buffer, data);
   }
   const T* data() const { return m_data; }
 

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <map>
 
 #include "tests/support/facade_world.h"
 #include "tests/support/failing_opencl.h"
@@ -118,18 +119,22 @@ class Faults : public ::testing::Test {
   }
 };
 
-// The calls at which a fault is tried: evenly over all, the first and the last one among them.
-std::vector<int> spread(int calls, int wanted) {
+// The calls at which a fault is tried: as many of each kind, evenly over all of that kind.
+std::vector<int> spread(const std::vector<std::string>& calls, int wanted) {
+  std::map<std::string, std::vector<int>> kinds;
+  for (size_t i = 0; i < calls.size(); ++i) kinds[calls[i]].push_back(static_cast<int>(i));
+  const auto ofEach = std::max<size_t>(2, static_cast<size_t>(wanted) / kinds.size());
   std::vector<int> chosen;
-  for (int i = 0; i < std::min(wanted, calls); ++i) {
-    chosen.push_back(static_cast<int>(static_cast<long>(i) * (calls - 1) / std::max(1, std::min(wanted, calls) - 1)));
+  for (const auto& [name, all] : kinds) {
+    const size_t count = std::min(ofEach, all.size());
+    for (size_t i = 0; i < count; ++i) chosen.push_back(all[i * (all.size() - 1) / std::max<size_t>(1, count - 1)]);
   }
   return chosen;
 }
 
 struct Faultless {
   std::uint64_t hash = 0;
-  int calls = 0;
+  std::vector<std::string> calls;
 };
 
 // The run without faults. Its device is closed again: the others open it anew, and make as many calls.
@@ -140,7 +145,7 @@ Faultless faultlessRun(const Plan& plan) {
   EXPECT_EQ(run.statistics().m_stockSteps, 0u) << reportText(run.world().world);
   EXPECT_EQ(run.statistics().m_repeatedSteps > 0, plan.piles);
   EXPECT_EQ(run.statistics().m_prefetchedSteps > 0, plan.ahead);
-  EXPECT_GT(FailingOpenCl::calls(), 1000);
+  EXPECT_GT(FailingOpenCl::calls().size(), 1000u);
   return {run.hash(), FailingOpenCl::calls()};
 }
 
@@ -150,7 +155,7 @@ void once(const Plan& plan, int wanted) {
   for (const int k : spread(faultless.calls, wanted)) {
     const int code = kCodes[k % std::size(kCodes)];
     const std::string what =
-        "call " + std::to_string(k) + " of " + std::to_string(faultless.calls) + ", " + std::to_string(code);
+        std::to_string(code) + " in call " + std::to_string(k) + ", " + faultless.calls[static_cast<size_t>(k)] + "\n";
     FailingOpenCl::reset();
     FailingOpenCl::failCallsAfter(k, 1, code);
     SmallRun run(plan);
@@ -173,9 +178,9 @@ TEST_F(Faults, OnceInSubstepsAhead) { once({true, true, true}, wanted(50)); }
 // once already when the device fails.)
 TEST_F(Faults, ForGood) {
   const Plan plan{true, false};
-  const int calls = faultlessRun(plan).calls;
+  const auto calls = faultlessRun(plan).calls;
   for (const int k : spread(calls, wanted(30))) {
-    const std::string what = "call " + std::to_string(k);
+    const std::string what = "call " + std::to_string(k) + ", " + calls[static_cast<size_t>(k)];
     FailingOpenCl::reset();
     FailingOpenCl::failAllAfter(k, kCodes[k % std::size(kCodes)]);
     SmallRun run(plan);
@@ -197,10 +202,10 @@ TEST_F(Faults, ForGood) {
 
 // A device that is gone for some steps: the world is back on it by itself.
 TEST_F(Faults, BackAfterAWhile) {
-  const int calls = faultlessRun({}).calls;
+  const auto calls = faultlessRun({}).calls;
   int gone = 0;
   for (const int k : spread(calls, wanted(10))) {
-    const std::string what = "call " + std::to_string(k);
+    const std::string what = "call " + std::to_string(k) + ", " + calls[static_cast<size_t>(k)];
     FailingOpenCl::reset();
     FailingOpenCl::failAllAfter(k, CL_OUT_OF_RESOURCES);
     SmallRun run;

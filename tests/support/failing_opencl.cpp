@@ -9,12 +9,15 @@
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
+#include <vector>
 
 namespace btgpu::test {
 namespace {
 
 struct Plan {
-  int calls = 0, buffers = 0, launches = 0, failures = 0;
+  std::vector<std::string> calls;
+  int buffers = 0, launches = 0, failures = 0;
   int callsLeft = -1, callsToFail = 0, buffersLeft = -1, launchesLeft = -1;
   unsigned long largestBuffer = ULONG_MAX;
   int callCode = 0, bufferCode = 0, launchCode = 0;
@@ -45,8 +48,8 @@ bool spend(int& left) {
 }
 
 // The same for a call of any kind.
-bool spendCall() {
-  ++plan.calls;
+bool spendCall(const char* name) {
+  plan.calls.push_back(name);
   if (plan.callsToFail == 0 || !spend(plan.callsLeft)) return false;
   if (plan.callsToFail != INT_MAX) --plan.callsToFail;
   return true;
@@ -83,7 +86,7 @@ void FailingOpenCl::failOneLaunchAfter(int calls, int code) {
   failLaunchesAfter(calls, code);
   plan.onlyOneLaunch = true;
 }
-int FailingOpenCl::calls() { return plan.calls; }
+const std::vector<std::string>& FailingOpenCl::calls() { return plan.calls; }
 int FailingOpenCl::buffers() { return plan.buffers; }
 int FailingOpenCl::launches() { return plan.launches; }
 int FailingOpenCl::failures() { return plan.failures; }
@@ -100,7 +103,7 @@ extern "C" {
 
 cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* error) {
   ++plan.buffers;
-  if (spendCall()) return refuse<cl_mem>(error);
+  if (spendCall("clCreateBuffer")) return refuse<cl_mem>(error);
   const bool tooLarge = size > plan.largestBuffer;
   if (tooLarge) ++plan.failures;
   if (tooLarge || spend(plan.buffersLeft)) {
@@ -114,7 +117,7 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
                               const size_t* global, const size_t* local, cl_uint waitCount, const cl_event* wait,
                               cl_event* event) {
   ++plan.launches;
-  if (spendCall()) return plan.callCode;
+  if (spendCall("clEnqueueNDRangeKernel")) return plan.callCode;
   if (spend(plan.launchesLeft)) {
     if (plan.onlyOneLaunch) plan.launchesLeft = -1;
     return plan.launchCode;
@@ -128,60 +131,60 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
 cl_context clCreateContext(const cl_context_properties* properties, cl_uint count, const cl_device_id* devices,
                            void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*), void* data,
                            cl_int* error) {
-  if (spendCall()) return refuse<cl_context>(error);
+  if (spendCall("clCreateContext")) return refuse<cl_context>(error);
   return real<decltype(&clCreateContext)>("clCreateContext")(properties, count, devices, notify, data, error);
 }
 cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device, cl_command_queue_properties properties,
                                       cl_int* error) {
-  if (spendCall()) return refuse<cl_command_queue>(error);
+  if (spendCall("clCreateCommandQueue")) return refuse<cl_command_queue>(error);
   return real<decltype(&clCreateCommandQueue)>("clCreateCommandQueue")(context, device, properties, error);
 }
 cl_program clCreateProgramWithSource(cl_context context, cl_uint count, const char** texts, const size_t* lengths,
                                      cl_int* error) {
-  if (spendCall()) return refuse<cl_program>(error);
+  if (spendCall("clCreateProgramWithSource")) return refuse<cl_program>(error);
   return real<decltype(&clCreateProgramWithSource)>("clCreateProgramWithSource")(context, count, texts, lengths, error);
 }
 cl_program clCreateProgramWithBinary(cl_context context, cl_uint count, const cl_device_id* devices,
                                      const size_t* lengths, const unsigned char** binaries, cl_int* status,
                                      cl_int* error) {
-  if (spendCall()) return refuse<cl_program>(error);
+  if (spendCall("clCreateProgramWithBinary")) return refuse<cl_program>(error);
   return real<decltype(&clCreateProgramWithBinary)>("clCreateProgramWithBinary")(context, count, devices, lengths,
                                                                                  binaries, status, error);
 }
 cl_int clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
                       void(CL_CALLBACK* notify)(cl_program, void*), void* data) {
-  if (spendCall()) return plan.callCode;
+  if (spendCall("clBuildProgram")) return plan.callCode;
   return real<decltype(&clBuildProgram)>("clBuildProgram")(program, count, devices, options, notify, data);
 }
 cl_kernel clCreateKernel(cl_program program, const char* name, cl_int* error) {
-  if (spendCall()) return refuse<cl_kernel>(error);
+  if (spendCall("clCreateKernel")) return refuse<cl_kernel>(error);
   return real<decltype(&clCreateKernel)>("clCreateKernel")(program, name, error);
 }
 cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void* value) {
-  if (spendCall()) return plan.callCode;
+  if (spendCall("clSetKernelArg")) return plan.callCode;
   return real<decltype(&clSetKernelArg)>("clSetKernelArg")(kernel, index, size, value);
 }
 cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
                            void* to, cl_uint waitCount, const cl_event* wait, cl_event* event) {
-  if (spendCall()) return plan.callCode;
+  if (spendCall("clEnqueueReadBuffer")) return plan.callCode;
   return real<decltype(&clEnqueueReadBuffer)>("clEnqueueReadBuffer")(queue, buffer, blocking, offset, size, to,
                                                                      waitCount, wait, event);
 }
 cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
                             const void* from, cl_uint waitCount, const cl_event* wait, cl_event* event) {
-  if (spendCall()) return plan.callCode;
+  if (spendCall("clEnqueueWriteBuffer")) return plan.callCode;
   return real<decltype(&clEnqueueWriteBuffer)>("clEnqueueWriteBuffer")(queue, buffer, blocking, offset, size, from,
                                                                        waitCount, wait, event);
 }
 cl_int clEnqueueCopyBuffer(cl_command_queue queue, cl_mem from, cl_mem to, size_t fromOffset, size_t toOffset,
                            size_t size, cl_uint waitCount, const cl_event* wait, cl_event* event) {
-  if (spendCall()) return plan.callCode;
+  if (spendCall("clEnqueueCopyBuffer")) return plan.callCode;
   return real<decltype(&clEnqueueCopyBuffer)>("clEnqueueCopyBuffer")(queue, from, to, fromOffset, toOffset, size,
                                                                      waitCount, wait, event);
 }
 void* clEnqueueMapBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, cl_map_flags flags, size_t offset,
                          size_t size, cl_uint waitCount, const cl_event* wait, cl_event* event, cl_int* error) {
-  if (spendCall()) return refuse<void*>(error);
+  if (spendCall("clEnqueueMapBuffer")) return refuse<void*>(error);
   return real<decltype(&clEnqueueMapBuffer)>("clEnqueueMapBuffer")(queue, buffer, blocking, flags, offset, size,
                                                                    waitCount, wait, event, error);
 }
@@ -191,19 +194,19 @@ cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* mapp
                                const cl_event* wait, cl_event* event) {
   const cl_int code = real<decltype(&clEnqueueUnmapMemObject)>("clEnqueueUnmapMemObject")(queue, memory, mapped,
                                                                                           waitCount, wait, event);
-  return spendCall() ? plan.callCode : code;
+  return spendCall("clEnqueueUnmapMemObject") ? plan.callCode : code;
 }
 cl_int clFlush(cl_command_queue queue) {
   const cl_int code = real<decltype(&clFlush)>("clFlush")(queue);
-  return spendCall() ? plan.callCode : code;
+  return spendCall("clFlush") ? plan.callCode : code;
 }
 cl_int clFinish(cl_command_queue queue) {
   const cl_int code = real<decltype(&clFinish)>("clFinish")(queue);
-  return spendCall() ? plan.callCode : code;
+  return spendCall("clFinish") ? plan.callCode : code;
 }
 cl_int clWaitForEvents(cl_uint count, const cl_event* events) {
   const cl_int code = real<decltype(&clWaitForEvents)>("clWaitForEvents")(count, events);
-  return spendCall() ? plan.callCode : code;
+  return spendCall("clWaitForEvents") ? plan.callCode : code;
 }
 
 }  // extern "C"

@@ -5,6 +5,9 @@
 // functions.
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace btgpu::test {
 
 // How many calls succeed before one fails; it goes on failing until it is reset. Negative: all succeed.
@@ -17,7 +20,7 @@ struct FailingOpenCl {
   static void failBuffersLargerThan(unsigned long bytes, int code);
   static void failLaunchesAfter(int calls, int code);
   static void failOneLaunchAfter(int calls, int code);  // those after it succeed again
-  static int calls();                                   // of all kinds since reset()
+  static const std::vector<std::string>& calls();       // names of all since reset()
   static int buffers();                                 // made or refused since reset()
   static int launches();                                // likewise
   static int failures();
