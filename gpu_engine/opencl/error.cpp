@@ -71,7 +71,6 @@ OpenClError::Kind kindOf(int code) {
     case CL_INVALID_BUFFER_SIZE:  // larger than the device's largest allocation
       return OpenClError::Kind::OutOfMemory;
     case CL_DEVICE_NOT_FOUND:
-    case CL_DEVICE_NOT_AVAILABLE:
     case -1001:
       return OpenClError::Kind::NoDevice;
     case CL_BUILD_PROGRAM_FAILURE:
