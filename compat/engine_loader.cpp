@@ -17,6 +17,7 @@ constexpr const char* kOtherVersion = "the engine plugin is of another version o
 struct Plugin {
   EngineFactory createEngine = nullptr;
   DeviceLister listDevices = nullptr;
+  Replayer replay = nullptr;
   std::string error;  // why it could not be opened
 };
 
@@ -60,7 +61,8 @@ Plugin loadPlugin() {
   }
   plugin.createEngine = reinterpret_cast<EngineFactory>(dlsym(handle, kEngineEntryPoint));
   plugin.listDevices = reinterpret_cast<DeviceLister>(dlsym(handle, kListDevicesEntryPoint));
-  if (!plugin.createEngine || !plugin.listDevices) plugin.error = kOtherVersion;
+  plugin.replay = reinterpret_cast<Replayer>(dlsym(handle, kReplayEntryPoint));
+  if (!plugin.createEngine || !plugin.listDevices || !plugin.replay) plugin.error = kOtherVersion;
   return plugin;
 }
 
@@ -102,6 +104,17 @@ bool listDevices(std::vector<EngineInfo>& devices, std::string& error) {
     return false;
   }
   return true;
+}
+
+Status replayCapture(const std::string& file, const std::string& device, ReplayReport& report, std::string& error) {
+  const Plugin& p = plugin();
+  if (!p.error.empty()) {
+    error = p.error;
+    return Status::InternalError;
+  }
+  const Status status = p.replay(kEngineAbi, &file, &device, &report, &error);
+  if (status == Status::WrongAbi) error = kOtherVersion;
+  return status;
 }
 
 }  // namespace btgpu

@@ -14,10 +14,11 @@
 namespace btgpu {
 
 // Changes whenever anything in this header or in the headers it includes changes its layout.
-inline constexpr int kEngineAbi = 6;
+inline constexpr int kEngineAbi = 7;
 // Name of the factory in the plugin: EngineFactory.
 inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
 inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
+inline constexpr const char* kReplayEntryPoint = "btgpuReplay";
 
 enum class Status {
   Ok,
@@ -25,6 +26,7 @@ enum class Status {
   OutOfMemory,   // the device or the host
   DeviceFailed,  // an OpenCL call failed; the device state is lost
   BuildFailed,   // a kernel does not build on this device
+  BadInput,      // a file that can't be read or makes no sense
   WrongAbi,      // plugin and caller were built from different versions
   InternalError,
 };
@@ -80,5 +82,15 @@ using EngineFactory = Engine* (*)(int abi, const EngineSettings* settings, Statu
                                   size_t errorSize);
 // All devices in the order of their indices.
 using DeviceLister = Status (*)(int abi, std::vector<EngineInfo>* devices);
+
+// What came of a captured stage that was run again (docs/capture.md).
+struct ReplayReport {
+  bool sameDevice = false;  // as the one that it was captured on, driver included
+  int differentArrays = 0;
+  std::string text;  // for people; whole lines
+};
+// Runs the capture in `file` on a device, named as in EngineSettings. What is not Ok says why in one line.
+using Replayer = Status (*)(int abi, const std::string* file, const std::string* device, ReplayReport* report,
+                            std::string* error);
 
 }  // namespace btgpu

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <new>
 
+#include "debug/replay.h"
 #include "opencl/error.h"
 #include "world_engine.h"
 
@@ -39,6 +40,9 @@ Status guarded(std::string& message, Work&& work) noexcept {
       const OpenClError error = makeOpenClError(e.err(), e.what(), "");
       message = error.what();
       return statusOf(error.kind());
+    } catch (const CaptureError& e) {
+      message = e.what();
+      return Status::BadInput;
     } catch (const std::bad_alloc&) {
       message = "out of host memory";
       return Status::OutOfMemory;
@@ -113,4 +117,10 @@ BTGPU_EXPORT btgpu::Status btgpuListDevices(int abi, std::vector<btgpu::EngineIn
   return btgpu::guarded(message, [&] {
     for (const auto& d : btgpu::ComputeDevice::listDevices()) devices->push_back(btgpu::describeDevice(d));
   });
+}
+
+BTGPU_EXPORT btgpu::Status btgpuReplay(int abi, const std::string* file, const std::string* device,
+                                       btgpu::ReplayReport* report, std::string* error) {
+  if (abi != btgpu::kEngineAbi) return btgpu::Status::WrongAbi;
+  return btgpu::guarded(*error, [&] { *report = btgpu::replayFile(*file, *device); });
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "debug/recorders.h"
 #include "opencl/error.h"
 #include "step_params.h"
 
@@ -29,7 +30,9 @@ WorldEngine::WorldEngine(const EngineSettings& settings)
       m_device(ComputeDevice::open(settings.device)),
       m_queue(m_device, settings.profile),
       m_pipeline(*m_device),
-      m_world(std::make_unique<DeviceWorld>()) {}
+      m_world(std::make_unique<DeviceWorld>()) {
+  m_queue.setRecorder(recorderFromEnvironment(*m_device));
+}
 
 WorldEngine::~WorldEngine() {
   try {
@@ -62,6 +65,7 @@ void WorldEngine::makeRoom(size_t bodyCount) {
 
 void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
   m_waitsBefore = m_queue.waits();
+  ++m_begun;
   m_input = &input;
   m_recoveredFrom.clear();
   try {
@@ -168,6 +172,7 @@ void WorldEngine::takeBackAhead() {
 void WorldEngine::enqueue(Flight& flight, bool ahead) {
   DeviceWorld& w = *m_world;
   const int launchesBefore = m_queue.launches();
+  m_queue.enterStep(ahead ? m_begun : m_begun - 1);
   flight.params.assign(1, makeStepParams(flight.settings, m_traits.torsionRows));
   flight.params.front().hostManifoldCount = w.hostManifoldCount;
   if (flight.contactsUnseen) flight.params.front().flags |= STEP_CONTACTS_UNSEEN;
@@ -178,6 +183,7 @@ void WorldEngine::enqueue(Flight& flight, bool ahead) {
     w.counters.copyFromHost(m_queue, m_noCounters, false);
   }
   if (w.bodyCount > 0) m_pipeline.enqueueStep(m_queue, w, flight.settings, m_traits);
+  m_queue.leaveStep();
   m_queue.flush();
   enqueueReads(flight);
   m_queue.flush();

@@ -91,6 +91,7 @@ class WorldEngine {
   std::string m_recoveredFrom;          // the error that the current step was done again for
   const std::vector<StepCounters> m_noCounters = std::vector<StepCounters>(1);
   int m_waitsBefore = 0;
+  long m_begun = 0;  // steps, since the engine was made
 };
 
 // OpenCL's view of a device as the plugin reports it.

@@ -36,7 +36,7 @@ std::vector<std::string> argumentTypes(const cl::Kernel& kernel, unsigned count)
 }  // namespace
 
 Kernel::Kernel(ComputeDevice& device, const std::string& file, const std::string& name, const std::string& options)
-    : m_name(name) {
+    : m_file(file), m_name(name), m_options(options) {
   const cl::Program program = device.programs().get(file, options);
   try {
     m_kernel = cl::Kernel(program, name.c_str());
@@ -64,6 +64,30 @@ void Kernel::checkType(const char* typeName, bool pointer) const {
   }
   throw OpenClError(OpenClError::Kind::General, fmt::format("argument {} of kernel {} is a {}, a {}{} was bound",
                                                             m_next, m_name, wanted, given, mark));
+}
+
+void Kernel::launchRecorded(Queue& queue, const Launch& launch) {
+  queue.recorder()->beforeLaunch(queue, launch);
+  queue.launch(m_kernel, m_name, launch.grid);
+  queue.recorder()->afterLaunch(queue);
+}
+
+void Kernel::relaunch(Queue& queue, const Launch& launch) {
+  checkCount(launch.arguments.size());
+  m_next = 0;
+  for (const Argument& argument : launch.arguments) bind(argument);
+  queue.launch(m_kernel, m_name, launch.grid);
+}
+
+void Kernel::bind(const Argument& argument) {
+  const bool pointer = argument.kind == Argument::Kind::Array || argument.kind == Argument::Kind::Null;
+  checkType(argument.type.c_str(), pointer);
+  if (pointer) {
+    const bool null = argument.kind == Argument::Kind::Null;
+    set(sizeof(cl_mem), null ? nullptr : static_cast<const void*>(&argument.buffer()), newGeneration());
+  } else {
+    set(sizeof argument.bits, &argument.bits, newGeneration());
+  }
 }
 
 void Kernel::set(size_t size, const void* value, unsigned long identity) {

@@ -37,10 +37,17 @@ class Kernel {
     checkCount(sizeof...(args));
     m_next = 0;
     (bind(args), ...);
-    queue.launch(m_kernel, m_name, grid);
+    if (queue.recorder()) {
+      launchRecorded(queue, {m_file, m_name, m_options, grid, {argumentOf(args)...}});
+    } else {
+      queue.launch(m_kernel, m_name, grid);
+    }
   }
+  // Launches what a recorder saw, with its own arguments.
+  void relaunch(Queue& queue, const Launch& launch);
 
  private:
+  void launchRecorded(Queue& queue, const Launch& launch);
   void checkCount(size_t given) const;
   void checkType(const char* typeName, bool pointer) const;
 
@@ -73,6 +80,30 @@ class Kernel {
       set(sizeof(cl_mem), nullptr, 0);
     }
   }
+  void bind(const Argument& argument);
+
+  template <typename T>
+  static Argument argumentOf(const DeviceArray<T>& array) {
+    Argument argument{Argument::Kind::Null, TypeName<T>::value, 0, {}, {}, 0, 0};
+    if (array.capacity() == 0) return argument;
+    argument.kind = Argument::Kind::Array;
+    argument.buffer = array.buffer();
+    argument.name = array.name();
+    argument.elementBytes = sizeof(T);
+    argument.bytes = array.capacity() * sizeof(T);
+    return argument;
+  }
+  template <typename T>
+  static Argument argumentOf(const Optional<T>& optional) {
+    return optional.array ? argumentOf(*optional.array) : argumentOf(DeviceArray<T>());
+  }
+  static Argument argumentOf(uint value) { return {Argument::Kind::Uint, "uint", value, {}, {}, 0, 0}; }
+  static Argument argumentOf(float value) {
+    uint bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return {Argument::Kind::Float, "float", bits, {}, {}, 0, 0};
+  }
+
   // What the arguments were bound to last: the generation of an array's memory, or the bits of a value with a mark that
   // no generation has. Binding the same again is left out, since drivers take their time over it.
   static constexpr unsigned long kUintMark = 1ul << 62, kFloatMark = 1ul << 63;
@@ -87,7 +118,7 @@ class Kernel {
   }
   void set(size_t size, const void* value, unsigned long identity);
 
-  std::string m_name;
+  std::string m_file, m_name, m_options;
   cl::Kernel m_kernel;
   std::vector<std::string> m_argumentTypes;  // empty if the driver does not tell
   std::vector<Bound> m_bound;

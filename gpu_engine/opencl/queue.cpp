@@ -28,6 +28,7 @@ void Queue::launch(const cl::Kernel& kernel, const std::string& name, Grid grid)
 
 void Queue::write(const cl::Buffer& buffer, size_t offset, size_t bytes, const void* from, bool wait) {
   if (bytes == 0) return;
+  if (m_recorder) m_recorder->beforeWrite(*this, buffer, offset, bytes, from);
   try {
     m_queue.enqueueWriteBuffer(buffer, wait ? CL_TRUE : CL_FALSE, offset, bytes, from);
   } catch (const cl::Error& e) {
@@ -48,6 +49,7 @@ void Queue::read(const cl::Buffer& buffer, size_t offset, size_t bytes, void* to
 
 void Queue::copy(const cl::Buffer& from, const cl::Buffer& to, size_t fromOffset, size_t toOffset, size_t bytes) {
   if (bytes == 0) return;
+  if (m_recorder) m_recorder->beforeCopy(*this, from, to, fromOffset, toOffset, bytes);
   try {
     m_queue.enqueueCopyBuffer(from, to, fromOffset, toOffset, bytes);
   } catch (const cl::Error& e) {

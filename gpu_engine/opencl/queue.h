@@ -8,6 +8,7 @@
 
 #include "cl.h"
 #include "compute_device.h"
+#include "recorder.h"
 
 namespace btgpu {
 
@@ -29,7 +30,19 @@ class Queue {
   const cl::CommandQueue& raw() const { return m_queue; }
 
   // Names what is launched from here on; `stage` must outlive the profile (a literal).
-  void enterStage(const char* stage) { m_stage = stage; }
+  void enterStage(const char* stage) {
+    m_stage = stage;
+    if (m_recorder) m_recorder->enterStage(*this, stage);
+  }
+  // For recorders: between these two lies the step with this number.
+  void enterStep(long step) {
+    if (m_recorder) m_recorder->enterStep(*this, step);
+  }
+  void leaveStep() {
+    if (m_recorder) m_recorder->leaveStep(*this);
+  }
+  void setRecorder(std::unique_ptr<Recorder> recorder) { m_recorder = std::move(recorder); }
+  Recorder* recorder() const { return m_recorder.get(); }  // normally null
 
   void launch(const cl::Kernel& kernel, const std::string& name, Grid grid);
   void write(const cl::Buffer& buffer, size_t offset, size_t bytes, const void* from, bool wait);
@@ -60,6 +73,7 @@ class Queue {
   bool m_profile;
   const char* m_stage = "";
   std::vector<Timed> m_timed;
+  std::unique_ptr<Recorder> m_recorder;
   int m_launches = 0, m_waits = 0;
 };
 

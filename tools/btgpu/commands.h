@@ -20,6 +20,7 @@ Command addInfoCommand(CLI::App& tool);
 Command addScenesCommand(CLI::App& tool);
 Command addCompareCommand(CLI::App& tool);
 Command addBenchCommand(CLI::App& tool);
+Command addReplayCommand(CLI::App& tool);
 
 // An empty value would be taken for none: a script's variable that is not set.
 inline const CLI::Validator kNotEmpty(

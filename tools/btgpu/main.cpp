@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", BTGPU_VERSION);
   app.require_subcommand(1);
   const std::vector<Command> commands = {addInfoCommand(app), addScenesCommand(app), addCompareCommand(app),
-                                         addBenchCommand(app)};
+                                         addBenchCommand(app), addReplayCommand(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

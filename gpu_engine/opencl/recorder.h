@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "../../kernels/shared/types.h"
+#include "cl.h"
+#include "compute_device.h"
+
+namespace btgpu {
+
+class Queue;
+
+// A kernel's argument without its C++ type: as recorders see it, and as what they recorded is launched again.
+struct Argument {
+  enum class Kind { Array, Null, Uint, Float };
+  Kind kind = Kind::Null;
+  std::string type;  // as kernels spell it: of the value, or of an array's element
+  uint bits = 0;     // of a value
+  // Of an array; all of its memory, not only what is in use.
+  cl::Buffer buffer;
+  std::string name;
+  size_t elementBytes = 0, bytes = 0;
+};
+
+struct Launch {
+  std::string file, name, options;  // what the kernel was made of (Kernel's constructor)
+  Grid grid;
+  std::vector<Argument> arguments;
+};
+
+// Told of all that a queue is given, before or after it is. For debugging (gpu_engine/debug): normally there is none.
+class Recorder {
+ public:
+  virtual ~Recorder() = default;
+  // step: counts from 0. A step that is repeated, or thrown away and launched anew, is entered again.
+  virtual void enterStep(Queue&, long /*step*/) {}
+  virtual void leaveStep(Queue&) {}
+  virtual void enterStage(Queue&, const char* /*stage*/) {}
+  virtual void beforeLaunch(Queue&, const Launch&) {}
+  virtual void afterLaunch(Queue&) {}
+  virtual void beforeWrite(Queue&, const cl::Buffer& /*to*/, size_t /*offset*/, size_t /*bytes*/,
+                           const void* /*from*/) {}
+  virtual void beforeCopy(Queue&, const cl::Buffer& /*from*/, const cl::Buffer& /*to*/, size_t /*fromOffset*/,
+                          size_t /*toOffset*/, size_t /*bytes*/) {}
+};
+
+}  // namespace btgpu

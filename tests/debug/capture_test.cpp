@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Stages captured in a running engine and run again: the replay leaves the same bits, and a kernel that is broken on
+// purpose is found out.
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "gpu_engine/debug/capture_file.h"
+#include "gpu_engine/debug/capture_recorder.h"
+#include "gpu_engine/debug/replay.h"
+#include "gpu_engine/primitives/primitives.h"
+#include "gpu_engine/world_engine.h"
+#include "tests/support/device_test.h"
+#include "tests/support/mixed_world.h"
+#include "tests/support/roomy_world.h"
+#include "tests/support/scoped_environment.h"
+#include "tests/support/subprocess.h"
+
+namespace btgpu {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TemporaryFolder;
+
+constexpr const char* kAllOfStep2 =
+    "05@2,10@2,20@2,30@2,35@2,42@2,44@2,46@2,48@2,50@2,52@2,55@2,60@2,65@2,70@2,80@2,90@2,95@2";
+
+// What a step's caller sees of it.
+struct Seen {
+  std::vector<BodyPose> poses;
+  std::vector<BodyVelocity> velocities;
+  std::vector<ulong> contactKeys;
+  int launches, waits;
+  bool prefetched;
+};
+
+// Steps a world in an engine of its own, made with the environment as it is.
+std::vector<Seen> stepEngine(WorldInput input, int steps, int substeps) {
+  WorldEngine engine({});
+  StepResults results;
+  std::vector<Seen> seen;
+  for (int i = 0; i < steps; ++i) {
+    StepSettings settings;
+    settings.contacts = true;
+    settings.substepsToFollow = (steps - 1 - i) % substeps;
+    engine.begin(input, settings);
+    engine.finish(results);
+    input.poses.values = results.poses;
+    input.velocities.values = results.velocities;
+    input.activations.values = results.activations;
+    input.clearChanges();
+    input.born.clear();
+    seen.push_back(
+        {results.poses, results.velocities, results.contactKeys, results.launches, results.waits, results.prefetched});
+  }
+  return seen;
+}
+
+std::set<std::string> stemsIn(const fs::path& folder) {
+  std::set<std::string> stems;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    stems.insert(name.substr(6, name.rfind('-') - 6));
+  }
+  return stems;
+}
+
+size_t changedArrays(const Capture& capture) {
+  return static_cast<size_t>(std::count_if(capture.arrays.begin(), capture.arrays.end(),
+                                           [](const CapturedArray& a) { return !a.after.empty(); }));
+}
+
+class CaptureTest : public DeviceTest {
+ protected:
+  // The commands that `work` gives the queue, as a stage.
+  template <typename Work>
+  Capture captureOf(Work&& work) {
+    Capture captured;
+    m_queue.setRecorder(std::make_unique<CaptureRecorder>(std::vector<CaptureRequest>{{"44_test", 3}},
+                                                          [&](const Capture& c) { captured = c; }));
+    m_queue.enterStep(3);
+    m_queue.enterStage("44_test");
+    work();
+    m_queue.leaveStep();
+    m_queue.setRecorder(nullptr);
+    return captured;
+  }
+
+  void expectIdentical(const Capture& capture) {
+    const std::vector<Bytes> found = runCapture(capture, m_device);
+    ASSERT_EQ(found.size(), capture.arrays.size());
+    for (size_t i = 0; i < found.size(); ++i) {
+      EXPECT_EQ(found[i] == capture.arrays[i].expected(), true) << capture.stage << ": " << capture.arrays[i].name;
+    }
+  }
+
+  void expectAllIdentical(const fs::path& folder) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      SCOPED_TRACE(entry.path().filename());
+      const Capture capture = readCapture(entry.path().string());
+      EXPECT_EQ(capture.step, 2u);
+      EXPECT_GT(changedArrays(capture), 0u) << "nothing to be seen";
+      const ReplayReport report = replayFile(entry.path().string(), "");
+      EXPECT_TRUE(report.sameDevice);
+      EXPECT_EQ(report.differentArrays, 0) << report.text;
+    }
+  }
+
+  TemporaryFolder m_folder;
+};
+
+TEST_F(CaptureTest, EveryStageOfAStep) {
+  const ScopedVariable what("BTGPU_CAPTURE", kAllOfStep2), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
+  stepEngine(mixedWorldWithJoints(), 4, 1);
+  EXPECT_EQ(stemsIn(m_folder.path()),
+            (std::set<std::string>{"10_apply_forces", "20_update_aabbs", "30_find_pairs", "35_group_pairs",
+                                   "42_collide_primitives", "44_find_closest_features", "44_find_separating_axis",
+                                   "46_clip_convex_faces", "46_clip_faces", "48_reduce_and_match_contacts",
+                                   "50_append_host_contacts", "52_prepare_joints", "55_build_islands",
+                                   "60_colour_constraints", "65_prepare_contacts", "70_solve_velocities",
+                                   "80_integrate_poses", "90_update_activation", "95_gather_contacts"}));
+  expectAllIdentical(m_folder.path());
+}
+
+// A substep that was begun ahead of its turn is the step that it became.
+TEST_F(CaptureTest, SubstepsAhead) {
+  const ScopedVariable what("BTGPU_CAPTURE", kAllOfStep2), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
+  const auto seen = stepEngine(mixedWorld(), 4, 3);
+  ASSERT_TRUE(seen[2].prefetched);
+  const auto stems = stemsIn(m_folder.path());
+  EXPECT_TRUE(stems.count("05_follow_substep"));
+  EXPECT_TRUE(stems.count("80_integrate_poses"));
+  expectAllIdentical(m_folder.path());
+  const Capture integrated = readCapture(m_folder.file("btgpu-80_integrate_poses-2.btgpucap"));
+  const auto poses = std::find_if(integrated.arrays.begin(), integrated.arrays.end(),
+                                  [](const CapturedArray& a) { return a.name == "poses"; });
+  ASSERT_NE(poses, integrated.arrays.end());
+  const size_t bytes = seen[2].poses.size() * sizeof(BodyPose);
+  ASSERT_GE(poses->before.size(), bytes);
+  EXPECT_EQ(std::memcmp(poses->before.data(), seen[1].poses.data(), bytes), 0);
+  EXPECT_EQ(std::memcmp(poses->expected().data(), seen[2].poses.data(), bytes), 0);
+}
+
+TEST_F(CaptureTest, ChangesNothing) {
+  const auto plain = stepEngine(mixedWorld(), 6, 3);
+  std::vector<Seen> captured;
+  {
+    const ScopedVariable what("BTGPU_CAPTURE", kAllOfStep2), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
+    captured = stepEngine(mixedWorld(), 6, 3);
+  }
+  ASSERT_FALSE(stemsIn(m_folder.path()).empty());
+  for (size_t i = 0; i < plain.size(); ++i) {
+    EXPECT_TRUE(RoomyWorld::same(plain[i].poses, captured[i].poses)) << i;
+    EXPECT_TRUE(RoomyWorld::same(plain[i].velocities, captured[i].velocities)) << i;
+    EXPECT_EQ(plain[i].contactKeys, captured[i].contactKeys) << i;
+    EXPECT_EQ(plain[i].launches, captured[i].launches) << i;
+    EXPECT_EQ(plain[i].waits, captured[i].waits) << i;
+  }
+}
+
+TEST_F(CaptureTest, WhatCanNotBeWrittenCostsNoStep) {
+  const ScopedVariable what("BTGPU_CAPTURE", "10@0,42@7"), where("BTGPU_CAPTURE_FILE", m_folder.file("no/such/file"));
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(stepEngine(mixedWorld(), 2, 1).size(), 2u);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("no/such/file: can't be written"), std::string::npos) << said;
+  EXPECT_NE(said.find("nothing to capture: no stage 42 in step 7"), std::string::npos) << said;
+}
+
+TEST_F(CaptureTest, RequestsThatMakeNoSense) {
+  const ScopedVariable what("BTGPU_CAPTURE", "44");
+  try {
+    WorldEngine engine({});
+    ADD_FAILURE() << "no error";
+  } catch (const OpenClError& e) { EXPECT_NE(std::string(e.what()).find("as in 44@120"), std::string::npos); }
+}
+
+// Writes and copies between kernels, memory that changes hands, arguments that are null, memory that no kernel got.
+TEST_F(CaptureTest, EveryCommand) {
+  Fill fill(device());
+  Scan scan(device());
+  DeviceArray<uint> a("a"), b("b"), sums("sums"), total("total");
+  a.copyFromHost(queue(), {1, 2, 3, 4});
+  b.copyFromHost(queue(), {9, 9, 9, 9});
+  const Capture capture = captureOf([&] {
+    fill.run(queue(), a, 1, 2, 7u);
+    a.copyRangeFromHost(queue(), {0, 0, 0, 5}, 3, 1, false);
+    fill.run(queue(), a, 0, 1, 6u);
+    queue().copy(a.buffer(), b.buffer(), 0, sizeof(uint), 2 * sizeof(uint));
+    std::swap(a, b);
+    scan.exclusive(queue(), {4}, a, sums, total);
+    fill.run(queue(), b, 0, 1, 8u);
+  });
+  EXPECT_EQ(a.toVector(queue()), (std::vector<uint>{9, 6, 7, 9}));
+  EXPECT_EQ(b.toVector(queue()), (std::vector<uint>{8, 7, 7, 5}));
+  std::vector<size_t> kinds;
+  for (const auto& command : capture.commands) kinds.push_back(command.index());
+  EXPECT_EQ(kinds, (std::vector<size_t>{0, 1, 0, 2, 0, 0, 0, 0}));
+  ASSERT_GE(capture.arrays.size(), 2u);
+  EXPECT_EQ(capture.arrays[0].name, "a");
+  EXPECT_EQ(capture.arrays[0].before.size(), 16 * sizeof(uint)) << "all of the memory";
+  const auto& first = std::get<CapturedLaunch>(capture.commands[4]).arguments;
+  EXPECT_TRUE(std::any_of(first.begin(), first.end(),
+                          [](const CapturedArgument& x) { return x.kind == CapturedArgument::Kind::Null; }));
+  expectIdentical(capture);
+  expectIdentical(decodeCapture(encodeCapture(capture)));
+}
+
+// What a stage leaves half done by an error is no capture.
+TEST_F(CaptureTest, AnInterruptedStageIsDropped) {
+  Fill fill(device());
+  DeviceArray<uint> a("a");
+  a.copyFromHost(queue(), {1, 2});
+  int done = 0;
+  m_queue.setRecorder(
+      std::make_unique<CaptureRecorder>(std::vector<CaptureRequest>{{"44_test", 3}}, [&](const Capture& c) {
+        ++done;
+        EXPECT_EQ(c.commands.size(), 1u);
+      }));
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    m_queue.enterStep(3);
+    m_queue.enterStage("44_test");
+    fill.run(queue(), a, 0, 2, 5u);
+  }
+  EXPECT_EQ(done, 0);
+  m_queue.leaveStep();
+  fill.run(queue(), a, 0, 2, 6u);
+  EXPECT_EQ(done, 1);
+}
+
+// A copy of the kernels with one line changed.
+class BrokenKernels {
+ public:
+  BrokenKernels(const std::string& file, const std::string& good, const std::string& bad) {
+    fs::copy(BTGPU_SOURCE_DIR "/kernels", m_folder.path() / "kernels", fs::copy_options::recursive);
+    const fs::path path = m_folder.path() / "kernels" / file;
+    std::string text = test::readFile(path);
+    const size_t at = text.find(good);
+    EXPECT_NE(at, std::string::npos) << file << " has no " << good;
+    if (at != std::string::npos) test::writeFile(path, text.replace(at, good.size(), bad));
+  }
+  std::string path() const { return m_folder.path().string(); }
+
+ private:
+  TemporaryFolder m_folder;
+};
+
+TEST_F(CaptureTest, ABrokenKernelIsFoundOut) {
+  Fill fill(device());
+  DeviceArray<uint> a("numbers");
+  a.copyFromHost(queue(), {1, 2, 3, 4, 5});
+  const std::string file = m_folder.file("fill");
+  writeCapture(file, captureOf([&] { fill.run(queue(), a, 1, 3, 9u); }));
+  const BrokenKernels kernels("primitives/fill.cl", "= value", "= value + (i == 1)");
+  EXPECT_EQ(replayFile(file, "").differentArrays, 0);
+  const ScopedVariable changed("BTGPU_KERNEL_DIR", kernels.path());
+  const ReplayReport report = replayFile(file, "");
+  EXPECT_EQ(report.differentArrays, 1);
+  EXPECT_NE(report.text.find("numbers: 1 of 16 elements differ; first: [2] is 10 (0x0000000a) and was 9 (0x00000009)"),
+            std::string::npos)
+      << report.text;
+}
+
+// Kernels that do not take what was captured are an error, not a launch.
+TEST_F(CaptureTest, ArgumentsThatDoNotFit) {
+  Fill fill(device());
+  DeviceArray<uint> a("numbers");
+  a.copyFromHost(queue(), {1, 2, 3});
+  const Capture good = captureOf([&] { fill.run(queue(), a, 1, 2, 9u); });
+  Capture fewer = good, none = good, unknown = good;
+  std::get<CapturedLaunch>(fewer.commands[0]).arguments.pop_back();
+  std::get<CapturedLaunch>(none.commands[0]).name = "noSuchKernel";
+  std::get<CapturedLaunch>(unknown.commands[0]).file = "primitives/no_such_file.cl";
+  expectIdentical(good);
+  for (const Capture& bad : {fewer, none, unknown}) EXPECT_THROW(runCapture(bad, m_device), OpenClError);
+}
+
+// ---- captures that are kept in tests/data/captures
+// ---------------------------------------------------------------------
+
+// Their stages compute with whole numbers, or round in ways that all devices have in common.
+constexpr const char* kKept[] = {"35_group_pairs", "44_find_separating_axis", "60_colour_constraints"};
+
+std::string keptFile(const std::string& stage, bool cpuShape) {
+  return stage + (cpuShape ? ".cpu" : ".gpu") + ".btgpucap";
+}
+
+// Writes them anew, into the folder that BTGPU_KEEP_CAPTURES names.
+void keepCaptures(Queue& queue, const fs::path& folder) {
+  const auto keep = [folder](const Capture& capture) {
+    writeCapture((folder / keptFile(capture.stage, capture.cpuShape)).string(), capture);
+  };
+  WorldInput world = mixedWorld();
+  RoomyWorld roomy(queue, {world.bodyCount, 24, 16 * BTGPU_LANES, 4, 8});
+  for (long step = 0; step < 3; ++step) {
+    std::vector<CaptureRequest> requests;
+    for (const char* stage : kKept) requests.push_back({stage, 2});
+    queue.setRecorder(std::make_unique<CaptureRecorder>(step == 2 ? requests : std::vector<CaptureRequest>(), keep));
+    queue.enterStep(step);
+    const StepResults results = roomy.step(world, {});
+    queue.leaveStep();
+    ASSERT_EQ(results.counters.overflow, 0u);
+    world.clearChanges();
+  }
+  queue.setRecorder(nullptr);
+}
+
+TEST_F(CaptureTest, KeptOnes) {
+  const char* anew = std::getenv("BTGPU_KEEP_CAPTURES");
+  if (anew && *anew) keepCaptures(queue(), anew);
+  for (const std::string stage : kKept) {
+    const Capture capture =
+        readCapture(BTGPU_SOURCE_DIR "/tests/data/captures/" + keptFile(stage, device().shape() == KernelShape::Cpu));
+    EXPECT_EQ(capture.stage, stage);
+    EXPECT_GT(changedArrays(capture), 0u);
+    expectIdentical(capture);
+  }
+}
+
+}  // namespace
+}  // namespace btgpu
