@@ -31,6 +31,14 @@ static inline uint itemCount(uint capacity, __global const uint* counter) {
   return counter ? min(capacity, *counter) : capacity;
 }
 
+// DEBUG_PRINT(("pair %u\n", i)); prints if BTGPU_PRINTF=1 is set, and is nothing otherwise. OpenCL C has no variadic
+// macros, hence the second parentheses.
+#ifdef BTGPU_PRINTF
+#define DEBUG_PRINT(arguments) printf arguments
+#else
+#define DEBUG_PRINT(arguments)
+#endif
+
 // After an overflow every kernel of the step returns at once.
 #define RETURN_ON_OVERFLOW(counters) \
   if ((counters)->overflow) return

@@ -11,6 +11,7 @@
 #include "gpu_engine/debug/replay.h"
 #include "gpu_engine/primitives/primitives.h"
 #include "gpu_engine/world_engine.h"
+#include "tests/support/changed_kernels.h"
 #include "tests/support/device_test.h"
 #include "tests/support/mixed_world.h"
 #include "tests/support/roomy_world.h"
@@ -229,30 +230,13 @@ TEST_F(CaptureTest, AnInterruptedStageIsDropped) {
   EXPECT_EQ(done, 1);
 }
 
-// A copy of the kernels with one line changed.
-class BrokenKernels {
- public:
-  BrokenKernels(const std::string& file, const std::string& good, const std::string& bad) {
-    fs::copy(BTGPU_SOURCE_DIR "/kernels", m_folder.path() / "kernels", fs::copy_options::recursive);
-    const fs::path path = m_folder.path() / "kernels" / file;
-    std::string text = test::readFile(path);
-    const size_t at = text.find(good);
-    EXPECT_NE(at, std::string::npos) << file << " has no " << good;
-    if (at != std::string::npos) test::writeFile(path, text.replace(at, good.size(), bad));
-  }
-  std::string path() const { return m_folder.path().string(); }
-
- private:
-  TemporaryFolder m_folder;
-};
-
 TEST_F(CaptureTest, ABrokenKernelIsFoundOut) {
   Fill fill(device());
   DeviceArray<uint> a("numbers");
   a.copyFromHost(queue(), {1, 2, 3, 4, 5});
   const std::string file = m_folder.file("fill");
   writeCapture(file, captureOf([&] { fill.run(queue(), a, 1, 3, 9u); }));
-  const BrokenKernels kernels("primitives/fill.cl", "i] = value", "i] = value + (i == 1)");
+  const test::ChangedKernels kernels("primitives/fill.cl", "i] = value", "i] = value + (i == 1)");
   EXPECT_EQ(replayFile(file, "").differentArrays, 0);
   const ScopedVariable changed("BTGPU_KERNEL_DIR", kernels.path());
   const ReplayReport report = replayFile(file, "");
@@ -260,6 +244,31 @@ TEST_F(CaptureTest, ABrokenKernelIsFoundOut) {
   EXPECT_NE(report.text.find("numbers: 1 of 16 elements differ; first: [2] is 10 (0x0000000a) and was 9 (0x00000009)"),
             std::string::npos)
       << report.text;
+}
+
+// DEBUG_PRINT prints if it is asked to, and is nothing otherwise.
+TEST_F(CaptureTest, KernelsPrint) {
+  const test::ChangedKernels kernels("primitives/fill.cl", "FOR_EACH(i, count) data",
+                                     "FOR_EACH(i, count) DEBUG_PRINT((\"item %u of %u\\n\", i, count));\n"
+                                     "FOR_EACH(i, count) data");
+  const ScopedVariable changed("BTGPU_KERNEL_DIR", kernels.path());
+  const auto printed = [&](const char* print) {
+    const ScopedVariable variable("BTGPU_PRINTF", print);
+    testing::internal::CaptureStdout();
+    Fill fill(device());
+    DeviceArray<uint> a("numbers");
+    a.copyFromHost(queue(), {1, 2, 3});
+    fill.run(queue(), a, 0, 2, 9u);
+    queue().finish();
+    EXPECT_EQ(a.toVector(queue()), (std::vector<uint>{9, 9, 3}));
+    std::fflush(stdout);
+    return testing::internal::GetCapturedStdout();
+  };
+  EXPECT_EQ(printed(""), "");
+  const std::string text = printed("1");
+  EXPECT_NE(text.find("item 0 of 2\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("item 1 of 2\n"), std::string::npos) << text;
+  EXPECT_EQ(printed("0"), "");
 }
 
 // Kernels that do not take what was captured are an error, not a launch.
