@@ -327,7 +327,8 @@ void keepCaptures(Queue& queue, const fs::path& folder) {
 TEST_F(CaptureTest, KeptOnes) {
   const char* anew = std::getenv("BTGPU_KEEP_CAPTURES");
   if (anew && *anew) keepCaptures(queue(), anew);
-  for (const std::string stage : kKept) {
+  for (const char* name : kKept) {
+    const std::string stage = name;
     const Capture capture =
         readCapture(BTGPU_SOURCE_DIR "/tests/data/captures/" + keptFile(stage, device().shape() == KernelShape::Cpu));
     EXPECT_EQ(capture.stage, stage);

@@ -52,8 +52,8 @@ TEST_F(ReplayTest, SameHashSameBits) {
   EXPECT_GE(hash.size(), 21u);
   EXPECT_TRUE(contains(captured.out, hash)) << captured.out;
   EXPECT_TRUE(contains(captured.err, "captured " + kStage + " of step 5 in ")) << captured.err;
-  for (const std::string name :
-       {"btgpu-" + kStage + "-5.btgpucap", std::string("btgpu-70_solve_velocities-3.btgpucap")}) {
+  const std::string names[] = {"btgpu-" + kStage + "-5.btgpucap", "btgpu-70_solve_velocities-3.btgpucap"};
+  for (const std::string& name : names) {
     const Finished replay = tool({"replay", m_folder.file(name)});
     EXPECT_EQ(replay.exitCode, 0) << replay.out << replay.err;
     EXPECT_EQ(replay.err, "");
@@ -75,7 +75,7 @@ TEST_F(ReplayTest, AnotherKernelGivesOne) {
 }
 
 TEST_F(ReplayTest, NoCapture) {
-  for (const std::string bytes : {"", "btgpucap", "some text that is none at all, but as long as a header"}) {
+  for (const char* bytes : {"", "btgpucap", "some text that is none at all, but as long as a header"}) {
     expectRefused(bytes);
   }
   EXPECT_EQ(tool({"replay", m_folder.file("missing")}).exitCode, 2);
