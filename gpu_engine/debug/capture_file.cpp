@@ -64,6 +64,13 @@ void put(ByteWriter& out, const CapturedCopy& copy) {
   for (const std::uint64_t n : {copy.fromOffset, copy.toOffset, copy.bytes}) out.number(n);
 }
 
+void putCommands(ByteWriter& out, const Capture& capture) {
+  out.number(static_cast<std::uint32_t>(capture.commands.size()));
+  for (const CapturedCommand& command : capture.commands) {
+    std::visit([&](const auto& c) { put(out, c); }, command);
+  }
+}
+
 // ---- reading --------------------------------------------------------------------------------------------------------
 
 void check(bool holds, const char* what) {
@@ -204,6 +211,12 @@ Bytes readFile(const std::string& path) {
 
 }  // namespace
 
+Bytes encodeCommands(const Capture& capture) {
+  ByteWriter out;
+  putCommands(out, capture);
+  return out.bytes();
+}
+
 Bytes encodeCapture(const Capture& capture) {
   ByteWriter body;
   for (const auto* text : {&capture.stage, &capture.version, &capture.device, &capture.driver, &capture.buildOptions}) {
@@ -213,10 +226,7 @@ Bytes encodeCapture(const Capture& capture) {
   body.number<std::uint8_t>(capture.cpuShape ? 1 : 0);
   body.number(static_cast<std::uint32_t>(capture.arrays.size()));
   for (const CapturedArray& array : capture.arrays) put(body, array);
-  body.number(static_cast<std::uint32_t>(capture.commands.size()));
-  for (const CapturedCommand& command : capture.commands) {
-    std::visit([&](const auto& c) { put(body, c); }, command);
-  }
+  putCommands(body, capture);
   ByteWriter file;
   file.raw({std::begin(kMagic), std::end(kMagic)});
   file.number<std::uint32_t>(kVersion);

@@ -11,6 +11,7 @@ namespace btgpu {
 // The bytes of a capture file, and back. decodeCapture checks everything before it believes it; what it returns is
 // consistent: indices and ranges lie in their arrays, grids are whole. It throws CaptureError.
 Bytes encodeCapture(const Capture& capture);
+Bytes encodeCommands(const Capture& capture);  // that part of it
 Capture decodeCapture(const Bytes& bytes);
 
 // The same with a file. Both throw CaptureError.

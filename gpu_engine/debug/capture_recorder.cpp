@@ -61,7 +61,7 @@ CaptureRecorder::CaptureRecorder(std::vector<CaptureRequest> requests, std::func
 
 CaptureRecorder::~CaptureRecorder() {
   for (size_t i = 0; i < m_requests.size(); ++i) {
-    if (m_met[i]) continue;
+    if (m_met[i] || !m_stepped || m_requests[i].step == CaptureRequest::kEveryStep) continue;
     std::fprintf(stderr, "btgpu: nothing to capture: no stage %s in step %ld of this world\n",
                  m_requests[i].stage.c_str(), m_requests[i].step);
   }
@@ -71,6 +71,7 @@ CaptureRecorder::~CaptureRecorder() {
 void CaptureRecorder::enterStep(Queue&, long step) {
   m_open.reset();
   m_step = step;
+  m_stepped = true;
 }
 
 void CaptureRecorder::leaveStep(Queue& queue) {

@@ -18,7 +18,7 @@ class CaptureRecorder : public Recorder {
  public:
   // done: called at the end of each captured stage.
   CaptureRecorder(std::vector<CaptureRequest> requests, std::function<void(const Capture&)> done);
-  // Tells on stderr which requests found nothing.
+  // Tells on stderr which requests of single steps found nothing in a world that made steps.
   ~CaptureRecorder() override;
 
   void enterStep(Queue& queue, long step) override;
@@ -48,6 +48,7 @@ class CaptureRecorder : public Recorder {
   std::vector<bool> m_met;
   std::function<void(const Capture&)> m_done;
   std::optional<long> m_step;
+  bool m_stepped = false;
   std::optional<Open> m_open;
 };
 

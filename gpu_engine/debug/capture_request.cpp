@@ -12,7 +12,7 @@
 namespace btgpu {
 
 std::vector<CaptureRequest> parseCaptureRequests(const std::string& text) {
-  static const std::regex form("([0-9]{2}(?:_[a-z_]+)?)@([0-9]{1,9})");
+  static const std::regex form("(all|[0-9]{2}(?:_[a-z_]+)?)@([0-9]{1,9})");
   std::vector<CaptureRequest> requests;
   std::istringstream list(text);
   for (std::string item; std::getline(list, item, ',');) {
@@ -21,7 +21,7 @@ std::vector<CaptureRequest> parseCaptureRequests(const std::string& text) {
       throw OpenClError(
           OpenClError::Kind::General,
           fmt::format("BTGPU_CAPTURE is '{}': name a stage and a step, as in 44@120 or 44_find_separating_"
-                      "axis@120, several with commas between them",
+                      "axis@120, or all@120, several with commas between them",
                       text));
     }
     requests.push_back({match[1], std::stol(match[2])});

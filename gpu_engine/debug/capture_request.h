@@ -7,13 +7,15 @@
 
 namespace btgpu {
 
-// A stage to capture, by its number ("44", all stages of that number) or its stem, and the step, from 0.
+// A stage to capture, by its number ("44", all stages of that number) or its stem, or "all", and the step, from 0.
 struct CaptureRequest {
+  static constexpr long kEveryStep = -1;
   std::string stage;
   long step = 0;
 
   bool matches(const std::string& stem, long number) const {
-    return number == step && (stem == stage || stem.substr(0, stem.find('_')) == stage);
+    if (step != kEveryStep && step != number) return false;
+    return stage == "all" || stem == stage || stem.substr(0, stem.find('_')) == stage;
   }
 };
 

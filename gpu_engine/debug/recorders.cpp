@@ -3,9 +3,11 @@
 #include "recorders.h"
 
 #include <cstdlib>
+#include <vector>
 
 #include "capture_recorder.h"
 #include "hang_watch.h"
+#include "stage_hashes.h"
 
 namespace btgpu {
 namespace {
@@ -15,53 +17,55 @@ std::string environment(const char* name) {
   return value ? value : "";
 }
 
-// A capture inside a watch: what the capture reads counts as time between two kernels.
-class Both : public Recorder {
+// Several at once. The last one lies next to the kernels: what those before it read counts as time between two kernels.
+class Several : public Recorder {
  public:
-  Both(std::unique_ptr<Recorder> outer, std::unique_ptr<Recorder> inner)
-      : m_outer(std::move(outer)), m_inner(std::move(inner)) {}
+  void add(std::unique_ptr<Recorder> recorder) { m_all.push_back(std::move(recorder)); }
+  size_t size() const { return m_all.size(); }
+  std::unique_ptr<Recorder> takeLast() { return std::move(m_all.back()); }
 
   void enterStep(Queue& queue, long step) override {
-    m_outer->enterStep(queue, step);
-    m_inner->enterStep(queue, step);
+    for (const auto& r : m_all) r->enterStep(queue, step);
   }
   void leaveStep(Queue& queue) override {
-    m_inner->leaveStep(queue);
-    m_outer->leaveStep(queue);
+    for (const auto& r : m_all) r->leaveStep(queue);
   }
   void enterStage(Queue& queue, const char* stage) override {
-    m_inner->enterStage(queue, stage);
-    m_outer->enterStage(queue, stage);
+    for (const auto& r : m_all) r->enterStage(queue, stage);
+  }
+  void afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes) override {
+    for (const auto& r : m_all) r->afterAllocation(queue, buffer, bytes);
   }
   void beforeLaunch(Queue& queue, const Launch& launch) override {
-    m_inner->beforeLaunch(queue, launch);
-    m_outer->beforeLaunch(queue, launch);
+    for (const auto& r : m_all) r->beforeLaunch(queue, launch);
   }
   void afterLaunch(Queue& queue) override {
-    m_outer->afterLaunch(queue);
-    m_inner->afterLaunch(queue);
+    for (auto r = m_all.rbegin(); r != m_all.rend(); ++r) (*r)->afterLaunch(queue);
   }
   void beforeWrite(Queue& queue, const cl::Buffer& to, size_t offset, size_t bytes, const void* from) override {
-    m_inner->beforeWrite(queue, to, offset, bytes, from);
+    for (const auto& r : m_all) r->beforeWrite(queue, to, offset, bytes, from);
   }
   void beforeCopy(Queue& queue, const cl::Buffer& from, const cl::Buffer& to, size_t fromOffset, size_t toOffset,
                   size_t bytes) override {
-    m_inner->beforeCopy(queue, from, to, fromOffset, toOffset, bytes);
+    for (const auto& r : m_all) r->beforeCopy(queue, from, to, fromOffset, toOffset, bytes);
   }
 
  private:
-  std::unique_ptr<Recorder> m_outer, m_inner;
+  std::vector<std::unique_ptr<Recorder>> m_all;
 };
 
 }  // namespace
 
 std::unique_ptr<Recorder> recorderFromEnvironment(const ComputeDevice& device) {
   const std::string requests = environment("BTGPU_CAPTURE"), limit = environment("BTGPU_WATCH");
-  std::unique_ptr<Recorder> capture, watch;
-  if (!requests.empty()) capture = makeCaptureRecorder(requests, environment("BTGPU_CAPTURE_FILE"));
-  if (!limit.empty() && limit != "0") watch = makeHangWatch(limit, environment("BTGPU_WATCH_FILE"), device);
-  if (capture && watch) return std::make_unique<Both>(std::move(watch), std::move(capture));
-  return capture ? std::move(capture) : std::move(watch);
+  const std::string hashes = environment("BTGPU_STAGE_HASHES");
+  auto all = std::make_unique<Several>();
+  if (!hashes.empty()) all->add(std::make_unique<StageHashes>(hashes));
+  if (!requests.empty()) all->add(makeCaptureRecorder(requests, environment("BTGPU_CAPTURE_FILE")));
+  if (!limit.empty() && limit != "0") all->add(makeHangWatch(limit, environment("BTGPU_WATCH_FILE"), device));
+  if (all->size() == 0) return nullptr;
+  if (all->size() == 1) return all->takeLast();
+  return all;
 }
 
 }  // namespace btgpu

@@ -52,6 +52,7 @@ class DeviceArray {
     const size_t most = queue.device().description().largestAllocation / sizeof(T);
     const size_t grown = std::max({wanted, std::min(m_capacity + m_capacity / 2, most), size_t{16}});
     const cl::Buffer larger = allocate(queue.device(), grown);
+    if (queue.recorder()) queue.recorder()->afterAllocation(queue, larger, grown * sizeof(T));
     queue.copy(m_buffer, larger, 0, 0, m_size * sizeof(T));
     m_buffer = larger;
     m_generation = newGeneration();

@@ -9,7 +9,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <optional>
 
@@ -17,54 +16,33 @@
 #include "compute_device.h"
 #include "error.h"
 #include "kernel_sources.h"
+#include "program_entry.h"
 
 namespace btgpu {
 namespace {
-
-// Layout of a disk entry: this header, the key's text, the binary.
-struct FileHeader {
-  char magic[8];
-  std::uint64_t keySize, binarySize, binaryChecksum;
-};
-constexpr char kMagic[8] = {'b', 't', 'g', 'p', 'u', 'p', 'c', '1'};
 
 std::filesystem::path entryPath(const std::string& key) {
   return ProgramCache::directory() / fmt::format("{:016x}.bin", XXH3_64bits(key.data(), key.size()));
 }
 
 std::optional<std::vector<unsigned char>> readEntry(const std::filesystem::path& path, const std::string& key) {
-  std::ifstream file(path, std::ios::binary);
-  FileHeader header;
-  if (!file.read(reinterpret_cast<char*>(&header), sizeof header)) return std::nullopt;
-  if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.keySize != key.size()) return std::nullopt;
-  std::string storedKey(header.keySize, '\0');
-  if (!file.read(storedKey.data(), static_cast<std::streamsize>(header.keySize)) || storedKey != key)
-    return std::nullopt;
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
-  if (error || size != sizeof header + header.keySize + header.binarySize) return std::nullopt;
-  std::vector<unsigned char> binary(header.binarySize);
-  if (!file.read(reinterpret_cast<char*>(binary.data()), static_cast<std::streamsize>(binary.size())))
-    return std::nullopt;
-  if (XXH3_64bits(binary.data(), binary.size()) != header.binaryChecksum) return std::nullopt;
-  return binary;
+  std::ifstream file(path, std::ios::binary);
+  if (error || !file) return std::nullopt;
+  std::vector<unsigned char> bytes(size);
+  if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size))) return std::nullopt;
+  return decodeProgramEntry(bytes, key);
 }
 
 // Best effort: a cache that can't be written only costs time.
-void writeEntry(const std::filesystem::path& path, const std::string& key, const std::vector<unsigned char>& binary) {
+void writeEntry(const std::filesystem::path& path, const std::vector<unsigned char>& entry) {
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
   const auto temporary = path.parent_path() / fmt::format("{}.{}.tmp", path.filename().string(), ::getpid());
-  FileHeader header{};
-  std::memcpy(header.magic, kMagic, sizeof kMagic);
-  header.keySize = key.size();
-  header.binarySize = binary.size();
-  header.binaryChecksum = XXH3_64bits(binary.data(), binary.size());
   {
     std::ofstream file(temporary, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(&header), sizeof header);
-    file.write(key.data(), static_cast<std::streamsize>(key.size()));
-    file.write(reinterpret_cast<const char*>(binary.data()), static_cast<std::streamsize>(binary.size()));
+    file.write(reinterpret_cast<const char*>(entry.data()), static_cast<std::streamsize>(entry.size()));
     if (!file.flush()) {
       std::filesystem::remove(temporary, error);
       return;
@@ -168,7 +146,9 @@ bool ProgramCache::saveNext() {
   if (directory().empty()) return true;
   try {
     const auto binaries = next.program.getInfo<CL_PROGRAM_BINARIES>();
-    if (!binaries.empty() && !binaries.front().empty()) writeEntry(entryPath(next.key), next.key, binaries.front());
+    if (!binaries.empty() && !binaries.front().empty()) {
+      writeEntry(entryPath(next.key), encodeProgramEntry(next.key, binaries.front()));
+    }
   } catch (const cl::Error&) {
     // A driver without binaries: nothing to keep.
   }

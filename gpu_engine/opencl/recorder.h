@@ -39,6 +39,8 @@ class Recorder {
   virtual void enterStep(Queue&, long /*step*/) {}
   virtual void leaveStep(Queue&) {}
   virtual void enterStage(Queue&, const char* /*stage*/) {}
+  // A new array's memory, which nothing has been written to.
+  virtual void afterAllocation(Queue&, const cl::Buffer&, size_t /*bytes*/) {}
   virtual void beforeLaunch(Queue&, const Launch&) {}
   virtual void afterLaunch(Queue&) {}
   virtual void beforeWrite(Queue&, const cl::Buffer& /*to*/, size_t /*offset*/, size_t /*bytes*/,

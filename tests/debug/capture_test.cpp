@@ -4,11 +4,13 @@
 // purpose is found out.
 #include <algorithm>
 #include <filesystem>
+#include <regex>
 #include <set>
 
 #include "gpu_engine/debug/capture_file.h"
 #include "gpu_engine/debug/capture_recorder.h"
 #include "gpu_engine/debug/replay.h"
+#include "gpu_engine/opencl/kernel_sources.h"
 #include "gpu_engine/primitives/primitives.h"
 #include "gpu_engine/world_engine.h"
 #include "tests/support/changed_kernels.h"
@@ -23,9 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::TemporaryFolder;
-
-constexpr const char* kAllOfStep2 =
-    "05@2,10@2,20@2,30@2,35@2,42@2,44@2,46@2,48@2,50@2,52@2,55@2,60@2,65@2,70@2,80@2,90@2,95@2";
 
 // What a step's caller sees of it.
 struct Seen {
@@ -67,6 +66,30 @@ std::set<std::string> stemsIn(const fs::path& folder) {
   return stems;
 }
 
+// All stages that have kernels of their own.
+std::set<std::string> stagesWithKernels() {
+  std::set<std::string> stems;
+  for (const auto& [path, text] : embeddedKernels()) {
+    if (path.rfind("kernels/stages/", 0) == 0) stems.insert(fs::path(path).stem().string());
+  }
+  return stems;
+}
+
+std::vector<std::string> kernelsIn(const std::string& source) {
+  static const std::regex kernel("(?:^|\\n)(?:SINGLE_)?KERNEL (\\w+)\\(");
+  std::vector<std::string> names;
+  for (std::sregex_iterator i(source.begin(), source.end(), kernel), end; i != end; ++i) names.push_back((*i)[1]);
+  EXPECT_FALSE(names.empty()) << source.substr(0, 200);
+  return names;
+}
+
+// As "stages/44_find_separating_axis.cl findSeparatingAxis".
+void addKernels(const Capture& capture, std::set<std::string>& kernels) {
+  for (const CapturedCommand& command : capture.commands) {
+    if (const auto* launch = std::get_if<CapturedLaunch>(&command)) kernels.insert(launch->file + " " + launch->name);
+  }
+}
+
 size_t changedArrays(const Capture& capture) {
   return static_cast<size_t>(std::count_if(capture.arrays.begin(), capture.arrays.end(),
                                            [](const CapturedArray& a) { return !a.after.empty(); }));
@@ -96,12 +119,19 @@ class CaptureTest : public DeviceTest {
     }
   }
 
+  // Kernels of the other shape, and those that bring contacts to the host when the step is over (docs/capture.md).
+  bool notCaptured(const std::string& kernel) {
+    const std::set<std::string> onlyCpu = {"colourGreedy", "solveInTeam"};
+    const std::set<std::string> onlyGpu = {"colourClaim", "colourChoose", "solveColour", "solveRest"};
+    const std::set<std::string> afterTheStep = {"gatherContactKeys", "gatherContacts"};
+    const auto& foreign = device().shape() == KernelShape::Cpu ? onlyGpu : onlyCpu;
+    return foreign.count(kernel) > 0 || afterTheStep.count(kernel) > 0;
+  }
+
   void expectAllIdentical(const fs::path& folder) {
     for (const auto& entry : fs::directory_iterator(folder)) {
       SCOPED_TRACE(entry.path().filename());
-      const Capture capture = readCapture(entry.path().string());
-      EXPECT_EQ(capture.step, 2u);
-      EXPECT_GT(changedArrays(capture), 0u) << "nothing to be seen";
+      EXPECT_GT(changedArrays(readCapture(entry.path().string())), 0u) << "nothing to be seen";
       const ReplayReport report = replayFile(entry.path().string(), "");
       EXPECT_TRUE(report.sameDevice);
       EXPECT_EQ(report.differentArrays, 0) << report.text;
@@ -112,21 +142,38 @@ class CaptureTest : public DeviceTest {
 };
 
 TEST_F(CaptureTest, EveryStageOfAStep) {
-  const ScopedVariable what("BTGPU_CAPTURE", kAllOfStep2), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
+  const ScopedVariable what("BTGPU_CAPTURE", "all@2"), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
   stepEngine(mixedWorldWithJoints(), 4, 1);
-  EXPECT_EQ(stemsIn(m_folder.path()),
-            (std::set<std::string>{"10_apply_forces", "20_update_aabbs", "30_find_pairs", "35_group_pairs",
-                                   "42_collide_primitives", "44_find_closest_features", "44_find_separating_axis",
-                                   "46_clip_convex_faces", "46_clip_faces", "48_reduce_and_match_contacts",
-                                   "50_append_host_contacts", "52_prepare_joints", "55_build_islands",
-                                   "60_colour_constraints", "65_prepare_contacts", "70_solve_velocities",
-                                   "80_integrate_poses", "90_update_activation", "95_gather_contacts"}));
+  auto stems = stagesWithKernels();
+  stems.erase("05_follow_substep");  // see SubstepsAhead
+  EXPECT_EQ(stemsIn(m_folder.path()), stems);
   expectAllIdentical(m_folder.path());
+}
+
+// Every kernel in kernels/stages, those of the other shape apart, is in some capture, and its replay leaves the same
+// bits. Of a new kernel that none of these worlds launches, this test gives the name.
+TEST_F(CaptureTest, EveryKernelOfEveryStage) {
+  std::set<std::string> launched;
+  const auto capture = [&](const WorldInput& input, int substeps) {
+    const TemporaryFolder folder;
+    const ScopedVariable what("BTGPU_CAPTURE", "all@0,all@1"), where("BTGPU_CAPTURE_FILE", folder.path().string());
+    stepEngine(input, 2, substeps);
+    expectAllIdentical(folder.path());
+    for (const auto& entry : fs::directory_iterator(folder.path())) addKernels(readCapture(entry.path()), launched);
+  };
+  capture(mixedWorldWithJoints(JOINT_COLOUR_LIMIT + 2), 1);
+  capture(mixedWorld(), 2);
+  for (const auto& [path, text] : embeddedKernels()) {
+    if (path.rfind("kernels/stages/", 0) != 0) continue;
+    for (const std::string& kernel : kernelsIn(text)) {
+      EXPECT_EQ(launched.count(path.substr(8) + " " + kernel), notCaptured(kernel) ? 0u : 1u) << path << ": " << kernel;
+    }
+  }
 }
 
 // A substep that was begun ahead of its turn is the step that it became.
 TEST_F(CaptureTest, SubstepsAhead) {
-  const ScopedVariable what("BTGPU_CAPTURE", kAllOfStep2), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
+  const ScopedVariable what("BTGPU_CAPTURE", "all@2"), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
   const auto seen = stepEngine(mixedWorld(), 4, 3);
   ASSERT_TRUE(seen[2].prefetched);
   const auto stems = stemsIn(m_folder.path());
@@ -147,7 +194,7 @@ TEST_F(CaptureTest, ChangesNothing) {
   const auto plain = stepEngine(mixedWorld(), 6, 3);
   std::vector<Seen> captured;
   {
-    const ScopedVariable what("BTGPU_CAPTURE", kAllOfStep2), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
+    const ScopedVariable what("BTGPU_CAPTURE", "all@2"), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
     captured = stepEngine(mixedWorld(), 6, 3);
   }
   ASSERT_FALSE(stemsIn(m_folder.path()).empty());
@@ -285,8 +332,7 @@ TEST_F(CaptureTest, ArgumentsThatDoNotFit) {
   for (const Capture& bad : {fewer, none, unknown}) EXPECT_THROW(runCapture(bad, m_device), OpenClError);
 }
 
-// ---- captures that are kept in tests/data/captures
-// ---------------------------------------------------------------------
+// ---- captures that are kept in tests/data/captures ------------------------------------------------------------------
 
 // Their stages compute with whole numbers, or round in ways that all devices have in common.
 constexpr const char* kKept[] = {"35_group_pairs", "44_find_separating_axis", "60_colour_constraints"};

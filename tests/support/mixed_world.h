@@ -25,13 +25,18 @@ inline WorldInput mixedWorld() {
   return b.finish();
 }
 
-// The same with what keeps substeps from running ahead: two joints, and a contact that the host found.
-inline WorldInput mixedWorldWithJoints() {
+// The same with what keeps substeps from running ahead: two joints, and a contact that the host found. `more` joints
+// hold one body, which must wait for each other.
+inline WorldInput mixedWorldWithJoints(uint more = 0) {
   JointScene scene;
   scene.add(1, 2);
   scene.addRow({1, 0, 0, 0}, {0, 0, 0.5f, 0}, {-1, 0, 0, 0}, {0, 0, 0.5f, 0});
   scene.add(3, NO_INDEX);
   scene.addRow({0, 1, 0, 0.1f}, {0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0});
+  for (; more > 0; --more) {
+    scene.add(5, NO_INDEX);
+    scene.addRow({1, 0, 0, 0.01f}, {0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0});
+  }
   WorldInput input = scene.addTo(mixedWorld());
   Manifold contact{};
   contact.bodyA = 8;

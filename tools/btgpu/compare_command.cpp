@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 
 #include "arguments.h"
 #include "btgpu_version.h"
@@ -17,7 +18,7 @@ namespace btgpu::tool {
 namespace {
 
 struct CompareArguments {
-  std::string scene, size, device, json, report;
+  std::string scene, size, device, json, report, stageHashes;
   int steps = 0;
   bool hash = false, profile = false;
 };
@@ -40,9 +41,16 @@ int reportComparison(const CompareArguments& arguments, const CompareResult& res
   return result.pass() ? kAgreed : kFailed;
 }
 
+// The engine appends to it.
+void askForStageHashes(const std::string& file) {
+  writeFile(file, "");
+  ::setenv("BTGPU_STAGE_HASHES", file.c_str(), 1);
+}
+
 int runComparison(const CompareArguments& arguments, const std::string& name, const Builder& build,
                   const scenes::Expectations& expectations, double timeStep, int defaultSteps) {
   checkDevice(arguments.device);
+  if (!arguments.stageHashes.empty()) askForStageHashes(arguments.stageHashes);
   CompareOptions options;
   options.timeStep = timeStep;
   options.steps = arguments.steps > 0 ? arguments.steps : defaultSteps;
@@ -94,6 +102,10 @@ Command addCompareCommand(CLI::App& tool) {
       ->check(kNotEmpty);
   comparison->add_flag("--profile", arguments->profile, "time each stage by device events; slows btgpu's steps");
   comparison->add_flag("--hash", arguments->hash, "print a hash of every pose and velocity bit at the end");
+  comparison
+      ->add_option("--stage-hashes", arguments->stageHashes,
+                   "write a hash of what each stage of each step was given, and of what it left, to this file")
+      ->check(kNotEmpty);
   return {comparison, [arguments] {
             return isBulletFile(arguments->scene) ? compareFile(*arguments) : compareBuiltIn(*arguments);
           }};

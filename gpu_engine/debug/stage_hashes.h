@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "capture_recorder.h"
+
+namespace btgpu {
+
+// Appends a line for each stage of each step to a file: a hash of all that the stage was given, and one of all memory
+// that it touched as it left it (docs/capture.md). All memory counts, also what is not in use, which therefore starts
+// as zeros: the same run gives the same hashes.
+class StageHashes : public CaptureRecorder {
+ public:
+  // Throws OpenClError if the file can't be written.
+  explicit StageHashes(const std::string& path);
+  ~StageHashes() override;
+
+  void afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes) override;
+
+ private:
+  void writeLine(const Capture& capture) const;
+
+  const int m_file;
+  const int m_world;  // of this process, from 1
+};
+
+}  // namespace btgpu
