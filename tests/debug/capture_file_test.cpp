@@ -205,7 +205,12 @@ TEST(CaptureRequests, Forms) {
   EXPECT_FALSE(requests[0].matches("46_clip_faces", 120));
   EXPECT_TRUE(requests[1].matches("70_solve_velocities", 0));
   EXPECT_FALSE(requests[1].matches("70_solve", 0));
-  for (const char* bad : {"44", "@3", "44@", "44@x", "44@-1", "4@1", "44@1,,45@1", "44@9999999999", "44 @1", "x"}) {
+  const auto all = parseCaptureRequests("all@7").front();
+  EXPECT_TRUE(all.matches("44_find_separating_axis", 7));
+  EXPECT_FALSE(all.matches("44_find_separating_axis", 6));
+  EXPECT_TRUE((CaptureRequest{"all", CaptureRequest::kEveryStep}.matches("10_apply_forces", 0)));
+  for (const char* bad :
+       {"all", "al@1", "44", "@3", "44@", "44@x", "44@-1", "4@1", "44@1,,45@1", "44@9999999999", "44 @1", "x"}) {
     EXPECT_THROW(parseCaptureRequests(bad), OpenClError) << bad;
   }
 }
