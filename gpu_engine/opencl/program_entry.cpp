@@ -4,6 +4,7 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 
@@ -24,10 +25,9 @@ std::vector<unsigned char> encodeProgramEntry(const std::string& key, const std:
   header.keySize = key.size();
   header.binarySize = binary.size();
   header.binaryChecksum = XXH3_64bits(binary.data(), binary.size());
-  const auto* first = reinterpret_cast<const unsigned char*>(&header);
-  std::vector<unsigned char> file(first, first + sizeof header);
-  file.insert(file.end(), key.begin(), key.end());
-  file.insert(file.end(), binary.begin(), binary.end());
+  std::vector<unsigned char> file(sizeof header + key.size() + binary.size());
+  std::memcpy(file.data(), &header, sizeof header);
+  std::copy(binary.begin(), binary.end(), std::copy(key.begin(), key.end(), file.begin() + sizeof header));
   return file;
 }
 

@@ -23,14 +23,38 @@ void overwrite(Bytes& bytes, size_t at, T value) {
   if (at + sizeof value <= bytes.size()) std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 
-// A capture that is read is the one that the file tells of, and its arrays can be compared.
+inline void requireRange(const Capture& capture, std::uint32_t array, std::uint64_t offset, std::uint64_t bytes) {
+  require(array < capture.arrays.size());
+  const std::uint64_t size = capture.arrays[array].before.size();
+  require(bytes <= size && offset <= size - bytes);
+}
+
+inline void requireWhole(const Capture& capture, const CapturedCommand& command) {
+  if (const auto* launch = std::get_if<CapturedLaunch>(&command)) {
+    require(launch->local > 0 && launch->global % launch->local == 0);
+    for (const CapturedArgument& a : launch->arguments) {
+      if (a.kind == CapturedArgument::Kind::Array) requireRange(capture, a.value, 0, 1);
+    }
+  } else if (const auto* write = std::get_if<CapturedWrite>(&command)) {
+    requireRange(capture, write->array, write->offset, write->data.size());
+  } else {
+    const auto& copy = std::get<CapturedCopy>(command);
+    require(copy.from != copy.to);
+    requireRange(capture, copy.from, copy.fromOffset, copy.bytes);
+    requireRange(capture, copy.to, copy.toOffset, copy.bytes);
+  }
+}
+
+// A capture that is read is the one that the file tells of, whole, and its arrays can be compared.
 inline bool tryCapture(const Bytes& bytes) {
   Capture capture;
   try {
     capture = decodeCapture(bytes);
   } catch (const CaptureError&) { return false; }
   require(encodeCapture(capture) == bytes);
+  for (const CapturedCommand& command : capture.commands) requireWhole(capture, command);
   for (const CapturedArray& array : capture.arrays) {
+    require(array.after.empty() || array.after.size() == array.before.size());
     require(compareArray(array, array.expected()).different == 0);
     const ArrayDifference difference = compareArray(array, array.before);
     require(!describe(array, difference).empty());
