@@ -92,7 +92,7 @@ TEST_P(StageHashesTest, FilesThatCanNotBeWritten) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, StageHashesTest, testing::Values("cpu", "gpu"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& shape) { return std::string(shape.param); });
 
 }  // namespace
 }  // namespace btgpu::test
