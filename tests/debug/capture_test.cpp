@@ -156,13 +156,13 @@ TEST_F(CaptureTest, EveryKernelOfEveryStage) {
   std::set<std::string> launched;
   const auto capture = [&](const WorldInput& input, int substeps) {
     const TemporaryFolder folder;
-    const ScopedVariable what("BTGPU_CAPTURE", "all@0,all@1"), where("BTGPU_CAPTURE_FILE", folder.path().string());
-    stepEngine(input, 2, substeps);
+    const ScopedVariable what("BTGPU_CAPTURE", "all@0,all@2"), where("BTGPU_CAPTURE_FILE", folder.path().string());
+    stepEngine(input, 3, substeps);
     expectAllIdentical(folder.path());
     for (const auto& entry : fs::directory_iterator(folder.path())) addKernels(readCapture(entry.path()), launched);
   };
   capture(mixedWorldWithJoints(JOINT_COLOUR_LIMIT + 2), 1);
-  capture(mixedWorld(), 2);
+  capture(mixedWorld(), 3);
   for (const auto& [path, text] : embeddedKernels()) {
     if (path.rfind("kernels/stages/", 0) != 0) continue;
     for (const std::string& kernel : kernelsIn(text)) {
@@ -358,6 +358,10 @@ void keepCaptures(Queue& queue, const fs::path& folder) {
   WorldInput world = threeBoxes();
   RoomyWorld roomy(queue, {world.bodyCount, 8, 4 * BTGPU_LANES, 4, 8});
   for (long step = 0; step < 3; ++step) {
+    if (step == 2) {  // the topmost goes elsewhere, so that the captured stages have something to change
+      world.poses.values[3].position = {3, 0.49f, 0, 0};
+      world.poses.changed = {3};
+    }
     std::vector<CaptureRequest> requests;
     for (const char* stage : kKept) requests.push_back({stage, 2});
     queue.setRecorder(std::make_unique<CaptureRecorder>(step == 2 ? requests : std::vector<CaptureRequest>(), keep));

@@ -52,7 +52,7 @@ class StageHashesTest : public testing::TestWithParam<const char*> {
 // Large enough for several work groups.
 TEST_P(StageHashesTest, TheSameInEachProcess) {
   const auto first = hashes("stack", "6,6,6"), second = hashes("stack", "6,6,6");
-  ASSERT_GT(first.size(), 6u * 15);
+  ASSERT_GE(first.size(), 6u * 15);
   ASSERT_EQ(first.size(), second.size());
   for (size_t i = 0; i < first.size(); ++i) {
     ASSERT_TRUE(first[i] == second[i]) << "step " << first[i].step << ", " << first[i].stage;
@@ -74,7 +74,7 @@ TEST_P(StageHashesTest, AOneBitChangeShowsInItsStage) {
   const ChangedKernels changed("stages/65_prepare_contacts.cl", store,
                                "mass.row1.y = as_float(as_uint(mass.row1.y) ^ (uint)(i == 3)); " + store);
   const auto bad = hashes("stack", "2,2,2", {"BTGPU_KERNEL_DIR=" + changed.path()});
-  ASSERT_GT(good.size(), 6u * 15);
+  ASSERT_GE(good.size(), 6u * 15);
   ASSERT_EQ(good.size(), bad.size());
   size_t i = 0;
   while (i < good.size() && good[i] == bad[i]) ++i;
