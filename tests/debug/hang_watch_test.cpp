@@ -129,8 +129,10 @@ TEST_F(HangWatchTest, WholeSteps) {
   }
 }
 
-// With a capture at the same time.
+// With a capture and hashes at the same time.
 TEST_F(HangWatchTest, BesideACapture) {
+  const std::string hashes = m_folder.file("hashes");
+  const ScopedVariable hash("BTGPU_STAGE_HASHES", hashes);
   const ScopedVariable on("BTGPU_WATCH", "5"), where("BTGPU_WATCH_FILE", m_log), what("BTGPU_CAPTURE", "10@0"),
       to("BTGPU_CAPTURE_FILE", m_folder.file("forces"));
   StepResults results;
@@ -139,9 +141,15 @@ TEST_F(HangWatchTest, BesideACapture) {
   engine.finish(results);
   EXPECT_TRUE(std::filesystem::exists(m_folder.file("forces")));
   EXPECT_EQ(countOf(logged(), " ends, "), static_cast<size_t>(results.launches));
+  EXPECT_EQ(countOf(test::readFile(hashes), " 0 10_apply_forces "), 1u);
+  EXPECT_EQ(countOf(test::readFile(hashes), " 0 90_update_activation "), 1u);
 }
 
 TEST_F(HangWatchTest, SettingsThatMakeNoSense) {
+  {
+    const ScopedVariable hash("BTGPU_STAGE_HASHES", m_folder.file("no/such/file"));
+    EXPECT_THROW(WorldEngine({}), OpenClError);
+  }
   for (const char* limit : {"x", "-1", "0.0", "1s", "nan", "inf", "1e9"}) {
     const ScopedVariable on("BTGPU_WATCH", limit), where("BTGPU_WATCH_FILE", m_log);
     EXPECT_THROW(WorldEngine({}), OpenClError) << limit;
