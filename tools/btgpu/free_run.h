@@ -8,7 +8,7 @@
 
 #include "gpu_engine/step_results.h"
 #include "series.h"
-#include "tolerances.h"
+#include "translation/oracle/tolerances.h"
 #include "worlds.h"
 
 namespace btgpu::tool {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// The one table of limits of `btgpu compare`, with the reason of each. docs/compare.md is written from it.
+// The one table of limits of `btgpu compare` and of the cross-check in the application, with the reason of each.
+// docs/compare.md is written from it.
 #pragma once
 
 #include <string>
 #include <vector>
 
-namespace btgpu::tool {
+namespace btgpu {
 
 struct Tolerance {
   const char* name;     // of the check
@@ -26,4 +27,4 @@ struct Check {
 
 inline Check makeCheck(const std::string& name, double value) { return {name, value, tolerance(name).limit}; }
 
-}  // namespace btgpu::tool
+}  // namespace btgpu

@@ -4,14 +4,10 @@
 
 #include <cmath>
 
-#include "translation/convert.h"
+#include "../convert.h"
 
-namespace btgpu::tool {
+BTGPU_TRANSLATION_BEGIN
 namespace {
-
-const btRigidBody* rigidBody(const btDiscreteDynamicsWorld& world, size_t i) {
-  return btRigidBody::upcast(world.getCollisionObjectArray()[static_cast<int>(i)]);
-}
 
 bool moves(const btRigidBody* body) { return body && body->getInvMass() != btScalar(0); }
 
@@ -33,15 +29,15 @@ btScalar wantedSpeed(const btContactSolverInfo& info, const ContactPoint& p, btS
 
 double Residual::rms() const { return rows ? std::sqrt(sumOfSquares / static_cast<double>(rows)) : 0; }
 
-Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector<Manifold>& contacts,
+Residual measureResidual(const OracleWorld& world, const std::vector<Manifold>& contacts,
                          const std::vector<Manifold>& solved, const std::vector<BodyState>& before,
                          const std::vector<Velocity>& predicted, const std::vector<Velocity>& velocities,
                          btScalar timeStep) {
-  const btContactSolverInfo& info = const_cast<btDiscreteDynamicsWorld&>(world).getSolverInfo();
+  const btContactSolverInfo& info = const_cast<OracleWorld&>(world).getSolverInfo();
   Residual residual;
   for (size_t i = 0; i < contacts.size(); ++i) {
     const Manifold& m = contacts[i];
-    if (!moves(rigidBody(world, m.bodyA)) && !moves(rigidBody(world, m.bodyB))) continue;
+    if (!moves(world.body(m.bodyA)) && !moves(world.body(m.bodyB))) continue;
     const btMatrix3x3& ra = before[m.bodyA].transform.getBasis();
     const btMatrix3x3& rb = before[m.bodyB].transform.getBasis();
     for (int k = 0; k < m.pointCount; ++k) {
@@ -67,40 +63,44 @@ Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector
   return residual;
 }
 
-Residual measureJointResidual(const std::vector<Joint>& joints, const std::vector<JointRow>& rows,
-                              const std::vector<uint>& solved, const std::vector<Velocity>& velocities) {
+Residual measureJointResidual(const Joint& joint, const std::vector<JointRow>& rows,
+                              const std::vector<Velocity>& velocities) {
   constexpr float kUnlimited = 1e30f;
   Residual residual;
-  for (size_t i = 0; i < joints.size(); ++i) {
-    const Joint& joint = joints[i];
-    if (!solved[i]) continue;
-    for (uint r = joint.firstRow; r < joint.firstRow + joint.rowCount; ++r) {
-      const JointRow& row = rows[r];
-      const bool below = row.linearB.w > -kUnlimited, above = row.angularB.w < kUnlimited;
-      if (row.angularA.w != 0 || (below && above)) continue;
-      btScalar error = btScalar(row.linearA.w);
-      if (joint.bodyA != NO_INDEX) {
-        const Velocity& v = velocities[joint.bodyA];
-        error -= toBullet(row.linearA).dot(v.linear) + toBullet(row.angularA).dot(v.angular);
-      }
-      if (joint.bodyB != NO_INDEX) {
-        const Velocity& v = velocities[joint.bodyB];
-        error -= toBullet(row.linearB).dot(v.linear) + toBullet(row.angularB).dot(v.angular);
-      }
-      if (below) error = btMax(error, btScalar(0));
-      if (above) error = btMin(error, btScalar(0));
-      residual.sumOfSquares += double(error) * double(error);
-      ++residual.rows;
+  for (uint r = joint.firstRow; r < joint.firstRow + joint.rowCount; ++r) {
+    const JointRow& row = rows[r];
+    const bool below = row.linearB.w > -kUnlimited, above = row.angularB.w < kUnlimited;
+    if (row.angularA.w != 0 || (below && above)) continue;
+    btScalar error = btScalar(row.linearA.w);
+    if (joint.bodyA != NO_INDEX) {
+      const Velocity& v = velocities[joint.bodyA];
+      error -= toBullet(row.linearA).dot(v.linear) + toBullet(row.angularA).dot(v.angular);
     }
+    if (joint.bodyB != NO_INDEX) {
+      const Velocity& v = velocities[joint.bodyB];
+      error -= toBullet(row.linearB).dot(v.linear) + toBullet(row.angularB).dot(v.angular);
+    }
+    if (below) error = btMax(error, btScalar(0));
+    if (above) error = btMin(error, btScalar(0));
+    residual.sumOfSquares += double(error) * double(error);
+    ++residual.rows;
   }
   return residual;
 }
 
-double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a,
-                        const std::vector<Velocity>& b) {
+Residual measureJointResidual(const std::vector<Joint>& joints, const std::vector<JointRow>& rows,
+                              const std::vector<uint>& solved, const std::vector<Velocity>& velocities) {
+  Residual residual;
+  for (size_t i = 0; i < joints.size(); ++i) {
+    if (solved[i]) residual.add(measureJointResidual(joints[i], rows, velocities));
+  }
+  return residual;
+}
+
+double velocityDistance(const OracleWorld& world, const std::vector<Velocity>& a, const std::vector<Velocity>& b) {
   double sum = 0;
   for (size_t i = 0; i < a.size(); ++i) {
-    const btRigidBody* body = rigidBody(world, i);
+    const btRigidBody* body = world.body(i);
     if (!moves(body)) continue;
     const btVector3 linear = a[i].linear - b[i].linear;
     const btVector3 angular = (a[i].angular - b[i].angular) * body->getWorldTransform().getBasis();
@@ -110,10 +110,10 @@ double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<
   return std::sqrt(sum);
 }
 
-double kineticEnergy(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& velocities) {
+double kineticEnergy(const OracleWorld& world, const std::vector<Velocity>& velocities) {
   const std::vector<Velocity> rest(velocities.size(), {btVector3(0, 0, 0), btVector3(0, 0, 0)});
   const double distance = velocityDistance(world, velocities, rest);
   return 0.5 * distance * distance;
 }
 
-}  // namespace btgpu::tool
+BTGPU_TRANSLATION_END

@@ -1,50 +1,38 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-#include "oracle.h"
+#include "oracle_world.h"
 
 #include <algorithm>
 
-#include "translation/contacts.h"
+#include "../contacts.h"
 
-namespace btgpu::tool {
-namespace {
+BTGPU_TRANSLATION_BEGIN
 
-// Pairs without margin, which are the ones that btgpu and Bullet's other broadphases find; islands are merged over
-// them. The margin is a global, so it is put back at once for the other worlds.
-class NoLeafMargin {
- public:
-  NoLeafMargin() : m_saved(gDbvtMargin) { gDbvtMargin = 0; }
-  ~NoLeafMargin() { gDbvtMargin = m_saved; }
-  NoLeafMargin(const NoLeafMargin&) = delete;
-  NoLeafMargin& operator=(const NoLeafMargin&) = delete;
+bool OracleDispatcher::needsCollision(const btCollisionObject* a, const btCollisionObject* b) {
+  return btCollisionDispatcher::needsCollision(a, b) && !m_world.leavesOut(*a, *b);
+}
 
- private:
-  btScalar m_saved;
-};
+void TightBroadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& lower, const btVector3& upper,
+                              btDispatcher* dispatcher) {
+  // What did not move goes to the tree of fixed objects, as in Bullet's own when nobody updates it.
+  if (proxy->m_aabbMin == lower && proxy->m_aabbMax == upper) return;
+  setAabbForceUpdate(proxy, lower, upper, dispatcher);
+}
 
-}  // namespace
-
-std::vector<BodyState> captureStates(const btCollisionWorld& world) {
-  std::vector<BodyState> states;
-  const btCollisionObjectArray& objects = world.getCollisionObjectArray();
-  states.reserve(static_cast<size_t>(objects.size()));
-  for (int i = 0; i < objects.size(); ++i) {
-    const btCollisionObject& o = *objects[i];
-    BodyState s{o.getWorldTransform(),
-                o.getInterpolationWorldTransform(),
-                btVector3(0, 0, 0),
-                btVector3(0, 0, 0),
-                o.getInterpolationLinearVelocity(),
-                o.getInterpolationAngularVelocity(),
-                o.getActivationState(),
-                o.getDeactivationTime()};
-    if (const btRigidBody* body = btRigidBody::upcast(&o)) {
-      s.linear = body->getLinearVelocity();
-      s.angular = body->getAngularVelocity();
-    }
-    states.push_back(s);
+BodyState captureState(const btCollisionObject& o) {
+  BodyState s{o.getWorldTransform(),
+              o.getInterpolationWorldTransform(),
+              btVector3(0, 0, 0),
+              btVector3(0, 0, 0),
+              o.getInterpolationLinearVelocity(),
+              o.getInterpolationAngularVelocity(),
+              o.getActivationState(),
+              o.getDeactivationTime()};
+  if (const btRigidBody* body = btRigidBody::upcast(&o)) {
+    s.linear = body->getLinearVelocity();
+    s.angular = body->getAngularVelocity();
   }
-  return states;
+  return s;
 }
 
 std::vector<JointState> captureJoints(const btDynamicsWorld& world) {
@@ -56,6 +44,27 @@ std::vector<JointState> captureJoints(const btDynamicsWorld& world) {
     const btScalar angle =
         hinge ? const_cast<btHingeAccumulatedAngleConstraint*>(hinge)->getAccumulatedHingeAngle() : btScalar(0);
     states.push_back({joint->isEnabled(), angle});
+  }
+  return states;
+}
+
+void OracleWorld::setObjects(std::vector<btCollisionObject*> bySlot) {
+  m_objects = std::move(bySlot);
+  m_slots.assign(static_cast<size_t>(getNumCollisionObjects()), NO_INDEX);
+  for (size_t slot = 0; slot < m_objects.size(); ++slot) {
+    if (m_objects[slot]) m_slots[static_cast<size_t>(m_objects[slot]->getWorldArrayIndex())] = static_cast<uint>(slot);
+  }
+}
+
+uint OracleWorld::slotOf(const btCollisionObject& object) const {
+  const int position = object.getWorldArrayIndex();
+  return position < 0 ? NO_INDEX : m_slots[static_cast<size_t>(position)];
+}
+
+std::vector<BodyState> OracleWorld::states() const {
+  std::vector<BodyState> states(m_objects.size());
+  for (size_t i = 0; i < states.size(); ++i) {
+    if (m_objects[i]) states[i] = captureState(*m_objects[i]);
   }
   return states;
 }
@@ -76,8 +85,9 @@ void OracleWorld::reverseJoints() {
 
 void OracleWorld::restore(const std::vector<BodyState>& states) {
   for (size_t i = 0; i < states.size(); ++i) {
+    if (!m_objects[i]) continue;
     const BodyState& s = states[i];
-    btCollisionObject& o = *object(static_cast<uint>(i));
+    btCollisionObject& o = *m_objects[i];
     o.setWorldTransform(s.transform);
     o.setInterpolationWorldTransform(s.interpolation);
     o.setInterpolationLinearVelocity(s.interpolationLinear);
@@ -92,12 +102,15 @@ void OracleWorld::restore(const std::vector<BodyState>& states) {
   }
 }
 
-void OracleWorld::setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache) {
-  restore(states);
+void OracleWorld::setForces() {
   clearForces();
   applyGravity();
+}
+
+void OracleWorld::setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache) {
+  restore(states);
+  setForces();
   // The pairs have to be there before their manifolds can be filled.
-  const NoLeafMargin tight;
   updateAabbs();
   computeOverlappingPairs();
   replaceContacts(cache, cache.size());
@@ -108,7 +121,6 @@ void OracleWorld::findContacts(btScalar timeStep) {
   getDispatchInfo().m_timeStep = timeStep;
   getDispatchInfo().m_stepCount = 0;
   createPredictiveContacts(timeStep);
-  const NoLeafMargin tight;
   performDiscreteCollisionDetection();
 }
 
@@ -159,13 +171,11 @@ void OracleWorld::finish(btScalar timeStep) {
 }
 
 std::vector<Velocity> OracleWorld::velocities() const {
-  std::vector<Velocity> result(static_cast<size_t>(getNumCollisionObjects()), {btVector3(0, 0, 0), btVector3(0, 0, 0)});
-  for (int i = 0; i < getNumCollisionObjects(); ++i) {
-    if (const btRigidBody* body = btRigidBody::upcast(getCollisionObjectArray()[i])) {
-      result[static_cast<size_t>(i)] = {body->getLinearVelocity(), body->getAngularVelocity()};
-    }
+  std::vector<Velocity> result(m_objects.size(), {btVector3(0, 0, 0), btVector3(0, 0, 0)});
+  for (size_t i = 0; i < result.size(); ++i) {
+    if (const btRigidBody* b = body(i)) result[i] = {b->getLinearVelocity(), b->getAngularVelocity()};
   }
   return result;
 }
 
-}  // namespace btgpu::tool
+BTGPU_TRANSLATION_END

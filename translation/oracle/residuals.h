@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "oracle.h"
+#include "oracle_world.h"
 
-namespace btgpu::tool {
+BTGPU_TRANSLATION_BEGIN
 
 // One and the same measure of how well velocities and impulses satisfy the contact rows, whoever solved them: the
 // velocity error that each row still has. Normal row: the error counts in full while the contact pushes, and only if
@@ -15,11 +15,15 @@ struct Residual {
   double sumOfSquares = 0;
   long rows = 0;
   double rms() const;
+  void add(const Residual& other) {
+    sumOfSquares += other.sumOfSquares;
+    rows += other.rows;
+  }
 };
 
 // `contacts`: as the solver got them (poses, distances). `solved`: the same manifolds with the impulses found.
 // `before`: the bodies' states before the step, forces included in `velocities`.
-Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector<Manifold>& contacts,
+Residual measureResidual(const OracleWorld& world, const std::vector<Manifold>& contacts,
                          const std::vector<Manifold>& solved, const std::vector<BodyState>& before,
                          const std::vector<Velocity>& predicted, const std::vector<Velocity>& velocities,
                          btScalar timeStep);
@@ -29,10 +33,13 @@ Residual measureResidual(const btDiscreteDynamicsWorld& world, const std::vector
 Residual measureJointResidual(const std::vector<Joint>& joints, const std::vector<JointRow>& rows,
                               const std::vector<uint>& solved, const std::vector<Velocity>& velocities);
 
+// The same of one joint.
+Residual measureJointResidual(const Joint& joint, const std::vector<JointRow>& rows,
+                              const std::vector<Velocity>& velocities);
+
 // Mass-weighted distance of two sets of velocities: sqrt(sum m |dv|^2 + dw . I dw).
-double velocityDistance(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& a,
-                        const std::vector<Velocity>& b);
+double velocityDistance(const OracleWorld& world, const std::vector<Velocity>& a, const std::vector<Velocity>& b);
 
-double kineticEnergy(const btDiscreteDynamicsWorld& world, const std::vector<Velocity>& velocities);
+double kineticEnergy(const OracleWorld& world, const std::vector<Velocity>& velocities);
 
-}  // namespace btgpu::tool
+BTGPU_TRANSLATION_END

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace btgpu::tool {
+namespace btgpu {
 
 const std::vector<Tolerance>& tolerances() {
   static const std::vector<Tolerance> table = {
@@ -72,4 +72,4 @@ const Tolerance& tolerance(const std::string& name) {
   throw std::logic_error("no tolerance named " + name);
 }
 
-}  // namespace btgpu::tool
+}  // namespace btgpu

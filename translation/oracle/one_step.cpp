@@ -1,0 +1,429 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "one_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "../../kernels/shared/shape.h"
+#include "../contacts.h"
+#include "../convert.h"
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+constexpr double kTouching = 1e-4;       // of the size: pairs within it may or may not have a contact
+constexpr double kSameDepth = 2e-4;      // of the size
+constexpr double kSameVelocity = 1e-4;   // of 1 + speed
+constexpr double kSameNormal = 0.99905;  // cos 2.5 degrees
+constexpr int kConvergedIterations = 1000;
+
+int deepestPoint(const Manifold& m) {
+  int deepest = 0;
+  for (int k = 1; k < m.pointCount; ++k) {
+    if (m.points[k].localPointA.w < m.points[deepest].localPointA.w) deepest = k;
+  }
+  return deepest;
+}
+
+const btManifoldPoint& deepestPoint(const btPersistentManifold& m) {
+  int deepest = 0;
+  for (int k = 1; k < m.getNumContacts(); ++k) {
+    if (m.getContactPoint(k).getDistance() < m.getContactPoint(deepest).getDistance()) deepest = k;
+  }
+  return m.getContactPoint(deepest);
+}
+
+double difference(const Velocity& a, const Velocity& b) {
+  const double speed = 1 + double(btMax(a.linear.length(), a.angular.length()));
+  return double(btMax((a.linear - b.linear).length(), (a.angular - b.angular).length())) / speed;
+}
+
+// Solving once more is cheap in small worlds only.
+int ordersEvery(size_t bodies) { return bodies < 1000 ? 4 : 25; }
+
+// As the device left them: actions have not added to them yet.
+std::vector<Velocity> velocitiesOf(const StepResults& results) {
+  std::vector<Velocity> velocities;
+  for (const BodyVelocity& v : results.velocities) velocities.push_back({toBullet(v.linear), toBullet(v.angular)});
+  return velocities;
+}
+
+std::vector<bool> jointedBodies(const OracleWorld& world) {
+  std::vector<bool> jointed(world.slotCount(), false);
+  for (int i = 0; i < world.getNumConstraints(); ++i) {
+    const btTypedConstraint& joint = *world.getConstraint(i);
+    for (const btRigidBody* body : {&joint.getRigidBodyA(), &joint.getRigidBodyB()}) {
+      const uint slot = world.slotOf(*body);
+      if (slot != NO_INDEX) jointed[slot] = true;
+    }
+  }
+  return jointed;
+}
+
+std::vector<Velocity> velocitiesOf(const std::vector<BodyState>& states) {
+  std::vector<Velocity> velocities;
+  for (const BodyState& s : states) velocities.push_back({s.linear, s.angular});
+  return velocities;
+}
+
+double relativeSize(double size) { return std::isfinite(size) ? std::min(size, 10.0) : 10.0; }
+
+double ratio(double ours, double stock) { return stock > 0 ? ours / stock : (ours > 0 ? HUGE_VAL : 0); }
+
+using SlotPair = std::pair<uint, uint>;
+
+SlotPair pairOf(uint a, uint b) { return {std::min(a, b), std::max(a, b)}; }
+
+bool isDynamic(const btCollisionObject* o) { return o && btRigidBody::upcast(o) && !o->isStaticOrKinematicObject(); }
+
+}  // namespace
+
+void Worst::offer(double candidate, uint first, uint second) {
+  if (found() && !(candidate > difference)) return;
+  a = first;
+  b = second;
+  difference = candidate;
+}
+
+void Measure::add(double difference, bool outlier, uint a, uint b) {
+  if (std::isnan(difference)) {
+    difference = HUGE_VAL;
+    outlier = true;
+  }
+  ++m_total;
+  if (outlier) {
+    ++m_outliers;
+    ++m_stepOutliers;
+  }
+  m_largest = std::max(m_largest, difference);
+  m_worst.offer(difference, a, b);
+}
+
+double Measure::share() const { return m_total ? double(m_outliers) / double(m_total) : 0; }
+
+BodyEnd captureEnd(const btCollisionObject& object) {
+  return {true, object.getWorldTransform(), object.getActivationState()};
+}
+
+OneStepCheck::OneStepCheck(OracleWorld& oracle, double otherDepthsAllowed)
+    : m_oracle(oracle), m_depthLimit(std::max(tolerance("contact.depth").limit, otherDepthsAllowed)) {}
+
+void OneStepCheck::startStep(const StepRecord& step) {
+  m_step = &step;
+  m_contacts = &step.results.matchedManifolds;
+  m_ofPairs = step.results.counters.pairCount;
+  m_jointed = jointedBodies(m_oracle);
+  m_before = velocitiesOf(step.before);
+  m_ours = velocitiesOf(step.results);
+  m_sizes.resize(m_oracle.slotCount());
+  for (size_t i = 0; i < m_sizes.size(); ++i) {
+    const btCollisionObject* o = m_oracle.object(i);
+    m_sizes[i] = o ? relativeSize(double(o->getCollisionShape()->getAngularMotionDisc())) : 0;
+  }
+  for (Measure* m : {&m_missing, &m_depth, &m_normal, &m_free, &m_single, &m_pose, &m_sleep}) m->startStep();
+  m_worstBody = BodyDifference();
+  m_worstJoint = JointDifference();
+}
+
+void OneStepCheck::compare(const StepRecord& step) {
+  startStep(step);
+  m_oracle.setState(step.before, step.cache ? *step.cache : std::vector<Manifold>());
+  m_oracle.setJoints(step.joints);
+  m_oracle.findContacts(step.timeStep);
+  if (step.cache) compareContacts();
+
+  // The solver's half starts from stock's own prediction, with our contacts.
+  const std::vector<BodyState> predicted = m_oracle.states();
+  m_oracle.replaceContacts(*m_contacts, m_ofPairs);
+  m_oracle.solve(step.timeStep);
+  compareSolver();
+  const std::vector<BodyState> solved = m_oracle.states();
+  if (step.converged || m_steps % ordersEvery(step.before.size()) == 0) {
+    compareOrders(predicted);
+    m_oracle.restore(solved);
+  }
+  ++m_steps;
+  m_oracle.finish(step.timeStep);
+  compareEnd();
+}
+
+// Pairs that neither world looked at: both bodies asleep before the step.
+bool OneStepCheck::awake(const Manifold& m) const {
+  const auto active = [](int state) { return state != ISLAND_SLEEPING && state != DISABLE_SIMULATION; };
+  return active(m_step->before[m.bodyA].activation) || active(m_step->before[m.bodyB].activation);
+}
+
+// Pairs that Bullet's own narrowphase collides in both worlds have nothing to compare.
+void OneStepCheck::compareContacts() {
+  const std::vector<Manifold>& ours = *m_contacts;
+  std::set<SlotPair> ofHost;
+  for (size_t i = 0; i < m_ofPairs; ++i) {
+    if (ours[i].bucket == BUCKET_HOST) ofHost.insert(pairOf(ours[i].bodyA, ours[i].bodyB));
+  }
+  btDispatcher& dispatcher = *m_oracle.getDispatcher();
+  // Stock's manifolds by pair; what is left at the end has no partner among ours.
+  std::vector<std::pair<SlotPair, const btPersistentManifold*>> stock;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold* m = dispatcher.getManifoldByIndexInternal(i);
+    const SlotPair key = pairOf(m_oracle.slotOf(*m->getBody0()), m_oracle.slotOf(*m->getBody1()));
+    if (m->getNumContacts() > 0 && ofHost.count(key) == 0) stock.push_back({key, m});
+  }
+  std::sort(stock.begin(), stock.end());
+  std::vector<bool> met(stock.size(), false);
+  for (size_t i = 0; i < m_ofPairs; ++i) {
+    const Manifold& m = ours[i];
+    if (!awake(m) || m.bucket == BUCKET_HOST) continue;
+    const SlotPair key = pairOf(m.bodyA, m.bodyB);
+    const auto it = std::lower_bound(stock.begin(), stock.end(),
+                                     std::make_pair(key, static_cast<const btPersistentManifold*>(nullptr)));
+    const bool found = it != stock.end() && it->first == key;
+    if (found) met[static_cast<size_t>(it - stock.begin())] = true;
+    comparePair(m, found ? it->second : nullptr);
+  }
+  for (size_t i = 0; i < stock.size(); ++i) {
+    if (met[i]) continue;
+    Manifold none{};
+    none.bodyA = stock[i].first.first;
+    none.bodyB = stock[i].first.second;
+    if (awake(none)) comparePair(none, stock[i].second);
+  }
+}
+
+namespace {
+
+bool sameDepth(const ContactPoint& ours, const btManifoldPoint& stock, double size) {
+  return std::fabs(double(ours.localPointA.w) - double(stock.getDistance())) <= kSameDepth * size;
+}
+
+// Stock's convex algorithms add one point a step; the others keep the normals that they were found with, along which
+// bodies that turned may seem deeper in each other than they are. True if stock's deepest is such a point and its
+// newest one is our deepest.
+bool isOlder(const btManifoldPoint& deepest, const ContactPoint& ours, const btPersistentManifold& stock, double size) {
+  constexpr double kOtherNormal = 1e-5;  // points of one step share theirs
+  for (int k = 0; k < stock.getNumContacts(); ++k) {
+    const btManifoldPoint& p = stock.getContactPoint(k);
+    if (sameDepth(ours, p, size) && double(toBullet(ours.normalWorldOnB).dot(p.m_normalWorldOnB)) >= kSameNormal &&
+        double((p.m_normalWorldOnB - deepest.m_normalWorldOnB).length()) > kOtherNormal) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold* stock) {
+  const uint a = ours.bodyA, b = ours.bodyB;
+  const double size = std::min(m_sizes[a], m_sizes[b]);
+  if (ours.pointCount == 0 && !stock) return;
+  if (ours.pointCount == 0 || !stock) {
+    const double depth =
+        stock ? -double(deepestPoint(*stock).getDistance()) : -double(ours.points[deepestPoint(ours)].localPointA.w);
+    m_missing.add(depth / size, depth > kTouching * size, a, b);
+    m_depth.add(0, false, a, b);
+    m_normal.add(0, false, a, b);
+    return;
+  }
+  m_missing.add(0, false, a, b);
+  const ContactPoint& mine = ours.points[deepestPoint(ours)];
+  const btManifoldPoint& theirs = deepestPoint(*stock);
+  const bool depthAgrees = sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
+  const double depthDifference = std::fabs(double(mine.localPointA.w) - double(theirs.getDistance())) / size;
+  m_depth.add(depthAgrees ? std::min(depthDifference, kSameDepth) : depthDifference, !depthAgrees, a, b);
+  const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
+  m_normal.add(std::acos(std::max(-1.0, std::min(1.0, cosine))) * 180 / M_PI, !(cosine >= kSameNormal), a, b);
+}
+
+// Our contacts with the impulses that stock's solver left in the dispatcher.
+std::vector<Manifold> OneStepCheck::readSolved() {
+  std::vector<Manifold> solved = *m_contacts;
+  for (size_t i = 0; i < solved.size(); ++i) {
+    Manifold& m = solved[i];
+    const btPersistentManifold* from = m.pointCount > 0 ? m_oracle.replaced(i) : nullptr;
+    if (!from || from->getNumContacts() != m.pointCount) continue;
+    for (int k = 0; k < m.pointCount; ++k) m.points[k] = readContactPoint(from->getContactPoint(k));
+  }
+  return solved;
+}
+
+void OneStepCheck::compareSolver() {
+  const std::vector<Velocity> stock = m_oracle.velocities();
+  compareVelocities(stock);
+  compareJoints(stock);
+  compareEnergy(stock);
+  m_ourLast = residualOf(m_step->results.manifolds, m_ours);
+  m_stockLast = stockResidualOf(stock);
+  m_ourResidual.add(m_ourLast);
+  m_stockResidual.add(m_stockLast);
+}
+
+void OneStepCheck::compareVelocities(const std::vector<Velocity>& stock) {
+  // Manifolds of each body that have points, and whether one of them, or a joint, is shared with another moving body.
+  std::vector<int> manifolds(stock.size(), 0);
+  std::vector<bool> coupled = m_jointed;
+  for (const Manifold& m : *m_contacts) {
+    if (m.pointCount == 0) continue;
+    ++manifolds[m.bodyA];
+    ++manifolds[m.bodyB];
+    if (isDynamic(m_oracle.object(m.bodyA)) && isDynamic(m_oracle.object(m.bodyB))) {
+      coupled[m.bodyA] = coupled[m.bodyB] = true;
+    }
+  }
+  for (size_t i = 0; i < stock.size(); ++i) {
+    const btCollisionObject* o = m_oracle.object(i);
+    const BodyEnd& end = m_step->after[i];
+    // Bodies that fell asleep lose their velocity after the solver: the comparison at the end sees them.
+    if (!isDynamic(o) || !end.known || end.activation == ISLAND_SLEEPING || !o->isActive()) continue;
+    const uint slot = static_cast<uint>(i);
+    const double d = difference(m_ours[i], stock[i]);
+    const bool free = manifolds[i] == 0 && !m_jointed[i], single = manifolds[i] == 1 && !coupled[i];
+    if (free) m_free.add(d, d > tolerance("solver.free_velocity").limit, slot);
+    if (single) m_single.add(d, d > kSameVelocity, slot);
+    m_worstBody.worst.offer(d, slot);
+    if (m_worstBody.worst.a == slot) m_worstBody.kind = free ? "free" : single ? "single" : "coupled";
+  }
+}
+
+void OneStepCheck::compareJoints(const std::vector<Velocity>& stock) {
+  const WorldInput& input = m_step->input;
+  for (size_t i = 0; i < input.joints.size(); ++i) {
+    if (!m_step->results.jointSolved[i]) continue;
+    const double ours = measureJointResidual(input.joints[i], input.jointRows, m_ours).rms();
+    const double theirs = measureJointResidual(input.joints[i], input.jointRows, stock).rms();
+    m_worstJoint.worst.offer(ours - theirs, static_cast<uint>(i));
+    if (m_worstJoint.worst.a != i) continue;
+    m_worstJoint.ours = ours;
+    m_worstJoint.stock = theirs;
+  }
+}
+
+// The solver may remove energy, how much depends on the order of the rows; what counts is what it adds to what
+// went in, forces of the step included, where stock's does not.
+void OneStepCheck::compareEnergy(const std::vector<Velocity>& stock) {
+  std::vector<Velocity> entering = m_before;
+  for (size_t i = 0; i < entering.size(); ++i) {
+    const btRigidBody* body = m_oracle.body(i);
+    if (isDynamic(body)) entering[i].linear += body->getTotalForce() * body->getInvMass() * m_step->timeStep;
+  }
+  const double energy = kineticEnergy(m_oracle, entering);
+  const double allowed = std::max(energy, kineticEnergy(m_oracle, stock));
+  m_addedEnergy += std::max(0.0, kineticEnergy(m_oracle, m_ours) - allowed);
+  m_enteringEnergy += energy;
+}
+
+Residual OneStepCheck::stockResidualOf(const std::vector<Velocity>& stock) { return residualOf(readSolved(), stock); }
+
+Residual OneStepCheck::residualOf(const std::vector<Manifold>& solved, const std::vector<Velocity>& velocities) {
+  Residual residual =
+      measureResidual(m_oracle, *m_contacts, solved, m_step->before, m_before, velocities, m_step->timeStep);
+  residual.add(
+      measureJointResidual(m_step->input.joints, m_step->input.jointRows, m_step->results.jointSolved, velocities));
+  return residual;
+}
+
+// Stock once more on the same contacts, in both orders, and if wanted run to convergence.
+void OneStepCheck::compareOrders(const std::vector<BodyState>& predicted) {
+  const auto solveAgain = [&](bool reversed, int iterations) {
+    m_oracle.restore(predicted);
+    m_oracle.setJoints(m_step->joints);
+    m_oracle.replaceContacts(*m_contacts, m_ofPairs);
+    const auto reverse = [&] {
+      m_oracle.reverseContacts();
+      m_oracle.reverseJoints();
+    };
+    if (reversed) reverse();
+    m_oracle.solve(m_step->timeStep, iterations);
+    if (reversed) reverse();
+    return m_oracle.velocities();
+  };
+  const std::vector<Velocity> forward = solveAgain(false, -1);
+  m_forwardResidual.add(stockResidualOf(forward));
+  const std::vector<Velocity> reversed = solveAgain(true, -1);
+  m_reversedResidual.add(stockResidualOf(reversed));
+  if (!m_step->converged) return;
+  const std::vector<Velocity> exact = solveAgain(false, kConvergedIterations);
+  m_ourDistance += velocityDistance(m_oracle, m_ours, exact);
+  m_stockDistance += velocityDistance(m_oracle, forward, exact);
+  m_reversedDistance += velocityDistance(m_oracle, reversed, exact);
+}
+
+void OneStepCheck::compareEnd() {
+  std::vector<bool> touched = m_jointed;
+  for (const Manifold& m : *m_contacts) {
+    if (m.pointCount > 0) touched[m.bodyA] = touched[m.bodyB] = true;
+  }
+  for (size_t i = 0; i < m_oracle.slotCount(); ++i) {
+    const btCollisionObject* stock = m_oracle.object(i);
+    const BodyEnd& ours = m_step->after[i];
+    if (!isDynamic(stock) || !ours.known) continue;
+    const uint slot = static_cast<uint>(i);
+    if (m_step->sleepKnown) {
+      const bool other = ours.activation != stock->getActivationState();
+      m_sleep.add(other ? 1 : 0, other, slot);
+    }
+    if (touched[i]) continue;
+    const btTransform &a = ours.transform, &b = stock->getWorldTransform();
+    const double scale = m_sizes[i] + double(b.getOrigin().length());
+    double d = double((a.getOrigin() - b.getOrigin()).length()) / scale;
+    for (int row = 0; row < 3; ++row) d = std::max(d, double((a.getBasis()[row] - b.getBasis()[row]).length()));
+    m_pose.add(d, d > tolerance("integrate.pose").limit, slot);
+  }
+}
+
+namespace {
+
+// A check whose limit grows with what the order of the rows makes of stock's own result.
+Check ofOrder(const char* name, double value, double reversed) {
+  Check check = makeCheck(name, value);
+  if (std::isfinite(reversed)) check.limit *= std::max({1.0, reversed, reversed > 0 ? 1 / reversed : 1.0});
+  return check;
+}
+
+}  // namespace
+
+std::vector<StepCheck> OneStepCheck::stepChecks() const {
+  const auto ofShare = [](const char* name, const Measure& m) {
+    const double limit = tolerance(name).limit;
+    return StepCheck{name, m.share(), limit, m.stepOutliers() > 0 && m.share() > limit, m.worst()};
+  };
+  const auto ofLargest = [](const char* name, const Measure& m) {
+    const double limit = tolerance(name).limit;
+    return StepCheck{name, m.worst().difference, limit, m.stepOutliers() > 0, m.worst()};
+  };
+  StepCheck depth = ofShare("contact.depth", m_depth);
+  depth.limit = m_depthLimit;
+  depth.failed = depth.failed && depth.value > m_depthLimit;
+  return {ofShare("contact.missing_pairs", m_missing),
+          depth,
+          ofShare("contact.normal", m_normal),
+          ofLargest("solver.free_velocity", m_free),
+          ofShare("solver.single_velocity", m_single),
+          ofLargest("integrate.pose", m_pose),
+          ofShare("sleep.state", m_sleep)};
+}
+
+std::vector<Check> OneStepCheck::checks() const {
+  Check depth = makeCheck("contact.depth", m_depth.share());
+  depth.limit = m_depthLimit;
+  std::vector<Check> checks = {
+      makeCheck("contact.missing_pairs", m_missing.share()),
+      depth,
+      makeCheck("contact.normal", m_normal.share()),
+      makeCheck("solver.free_velocity", m_free.largest()),
+      makeCheck("solver.single_velocity", m_single.share()),
+      ofOrder("solver.residual", ratio(m_ourResidual.rms(), m_stockResidual.rms()),
+              ratio(m_reversedResidual.rms(), m_forwardResidual.rms())),
+      makeCheck("solver.energy", m_enteringEnergy > 0 ? m_addedEnergy / m_enteringEnergy : 0),
+      makeCheck("integrate.pose", m_pose.largest()),
+      makeCheck("sleep.state", m_sleep.share()),
+  };
+  if (m_stockDistance > 0) {
+    checks.push_back(ofOrder("solver.distance_to_converged", ratio(m_ourDistance, m_stockDistance),
+                             ratio(m_reversedDistance, m_stockDistance)));
+  }
+  return checks;
+}
+
+BTGPU_TRANSLATION_END
