@@ -99,6 +99,13 @@ void reportShares(WorldState& state, int actions) {
   if (actions > 0) state.fallbacks.addShare("actions", "called on the CPU, after the device's part of the step");
 }
 
+// Null if the world is not to be cross-checked.
+std::shared_ptr<btgpu::CrossCheck> crossCheckOf(WorldState& state) {
+  if (!state.crosscheckAsked) state.crosscheck = btgpu::CrossCheck::make(state.settings);
+  state.crosscheckAsked = true;
+  return state.crosscheck;
+}
+
 // Milliseconds since it was made or last asked.
 class Stopwatch {
  public:
@@ -210,7 +217,7 @@ bool btGpuDynamicsWorld::mayBatchSubsteps() {
   const bool hostAabbs = settings.m_hostQueries && (!getForceUpdateAllAabbs() || overridesUpdateAabbs());
   return !m_internalPreTickCallback && !m_internalTickCallback && m_actions.size() == 0 && m_constraints.size() == 0 &&
          state->reader.hostShares().empty() && !btgpu::hasPairCallback(*this) && !hostAabbs &&
-         !settings.m_keepContacts &&
+         !settings.m_keepContacts && !crossCheckOf(*state) &&
          !(settings.m_contacts && (gContactStartedCallback || gContactEndedCallback || gContactDestroyedCallback)) &&
          !gContactAddedCallback && !gContactProcessedCallback &&
          !overrides(this, &btGpuDynamicsWorld::internalSingleStepSimulation) &&
@@ -251,6 +258,8 @@ void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSetting
   const bool sameEngine =
       state->settings.m_device == settings.m_device && state->settings.m_profile == settings.m_profile;
   state->settings = settings;
+  state->crosscheck.reset();
+  state->crosscheckAsked = false;
   if (sameEngine && state->engine) return;
   state->engine.reset();
   state->engineError.clear();
@@ -274,6 +283,11 @@ std::vector<btGpuFallback> btGpuDynamicsWorld::fallbackReport() const {
 }
 
 btGpuStatistics btGpuDynamicsWorld::statistics() const { return btgpu::findState(this)->statistics; }
+
+btGpuCrosscheckSummary btGpuDynamicsWorld::crosscheck() const {
+  const auto check = btgpu::findState(this)->crosscheck;
+  return check ? check->summary() : btGpuCrosscheckSummary();
+}
 
 std::vector<btGpuStageTime> btGpuDynamicsWorld::takeProfile() {
   std::vector<btGpuStageTime> times;
@@ -347,12 +361,19 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
-  settings.keepContacts = state->settings.m_keepContacts;
+  const std::shared_ptr<btgpu::CrossCheck> check = crossCheckOf(*state);
+  const bool checked = check && check->isDue();
+  settings.keepContacts = state->settings.m_keepContacts || checked;
   if (!hostPairsDone && mayBatchSubsteps()) settings.substepsToFollow = state->substeps.toFollow();
   const bool last = settings.substepsToFollow == 0;
   getSolverInfo().m_timeStep = timeStep;
 
   const double reading = watch.lap();
+  if (checked) {
+    check->beforeStep(*this, state->reader, state->joints, *state->engine, state->lastPath == Path::Device,
+                      state->results);
+    watch.lap();
+  }
   btgpu::Status status = state->engine->beginStep(input, settings);
   if (status == btgpu::Status::Ok) {
     // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the
@@ -387,6 +408,14 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   reportShares(*state, m_actions.size());
   state->statistics.m_translateMs = reading + watch.lap();
   state->lastPath = Path::Device;
+  if (checked) {
+    const btGpuCrosscheckStep step =
+        check->afterStep(state->reader, state->joints, state->results, timeStep, !settings.hostActivation);
+    const auto callback = state->settings.m_crosscheckCallback;
+    if (callback) callback(step);
+  } else if (check) {
+    check->skipStep();
+  }
   return true;
 }
 
@@ -476,6 +505,7 @@ void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
   giveIslandTags();
   state->lastPath = Path::Stock;
   ++state->statistics.m_stockSteps;
+  if (const auto check = crossCheckOf(*state)) check->stockStep();
   const PreTickGuard guard(m_internalPreTickCallback);
   btDiscreteDynamicsWorld::internalSingleStepSimulation(timeStep);
 }

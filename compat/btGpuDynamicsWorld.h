@@ -11,6 +11,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,55 @@
 namespace btgpu {
 class FallbackList;
 }
+
+/// One check of the cross-check.
+struct btGpuCheck {
+  const char* m_name = "";          ///< "contact.normal"; docs/compare.md lists them
+  double m_value = 0, m_limit = 0;  ///< it fails where the value exceeds the limit
+  bool m_failed = false;            ///< of a step: and that step is to blame
+  /// Where this step differs most: one body, a pair, or null where the check saw nothing; positions in the world's
+  /// array of collision objects. By how much, in the check's own measure (docs/crosscheck.md).
+  const btCollisionObject *m_bodyA = nullptr, *m_bodyB = nullptr;
+  int m_indexA = -1, m_indexB = -1;
+  double m_difference = 0;
+};
+
+/// One step that was done once more by stock Bullet. Pointers are good until something leaves the world.
+struct btGpuCrosscheckStep {
+  unsigned long long m_step = 0;         ///< number of the (sub)step, from 1; those on the stock path count
+  std::vector<std::string> m_unchecked;  ///< what of it could not be compared, by name; empty: everything was
+  std::vector<btGpuCheck> m_checks;
+  /// The body whose velocities after the solver differ most, relative to 1 + speed. Kind: "free" and "single" (one
+  /// manifold, to a fixed body) have limits; for "coupled" ones the order of the rows makes a difference.
+  const btCollisionObject* m_body = nullptr;
+  const char* m_bodyKind = "";
+  double m_bodyDifference = 0;
+  /// The joint whose rows are worse off than stock's: rms of their velocity errors.
+  const btTypedConstraint* m_joint = nullptr;
+  double m_jointError = 0, m_jointStockError = 0;
+  /// The pair whose deepest points' distances differ most, relative to the smaller body's size.
+  const btCollisionObject *m_contactA = nullptr, *m_contactB = nullptr;
+  double m_contactDifference = 0;
+  double m_milliseconds = 0;  ///< that the check took
+
+  bool failed() const {
+    for (const btGpuCheck& check : m_checks) {
+      if (check.m_failed) return true;
+    }
+    return false;
+  }
+};
+
+struct btGpuCrosscheckSummary {
+  unsigned long long m_steps = 0;         ///< all of the world
+  unsigned long long m_checkedSteps = 0;  ///< compared with stock, entirely or partly
+  unsigned long long m_partlySteps = 0;   ///< of these, partly
+  unsigned long long m_stockSteps = 0;    ///< ran on the stock path: nothing to compare
+  unsigned long long m_failedSteps = 0;   ///< of the checked ones
+  btGpuCrosscheckStep m_first;            ///< the first that failed; its pointers may be stale
+  std::vector<btGpuCheck> m_checks;       ///< of the whole run
+  double m_milliseconds = 0;              ///< that all checks took
+};
 
 struct btGpuSettings {
   /// OpenCL device: an index as `btgpu info` lists them, "gpu", "cpu" or a part of the name. Empty: the
@@ -38,6 +88,16 @@ struct btGpuSettings {
   bool m_keepContacts = false;
   /// Room to start with; grown as needed.
   int m_bodyCapacity = 0, m_pairCapacity = 0;
+  /// Does every so many-th step once more with stock Bullet, in a shadow world from the same state, and compares
+  /// (docs/crosscheck.md). 0: as the environment variable BTGPU_CROSSCHECK says; negative: never.
+  int m_crosscheckEvery = 0;
+  /// Appends one JSON line a checked step to this file. Empty: BTGPU_CROSSCHECK_FILE, else none.
+  std::string m_crosscheckFile;
+  /// Called after each checked step on the thread that steps, before actions and the tick callback.
+  std::function<void(const btGpuCrosscheckStep&)> m_crosscheckCallback;
+  /// Share of pairs whose deepest contact point may be another than stock's where the usual limit is too strict, in
+  /// worlds of boxes that tumble: as the expectations of the scenes `ragdoll` and `vehicle` for `btgpu compare`.
+  double m_crosscheckOtherDepths = 0;
 };
 
 /// Something that did not run on the device.
@@ -98,6 +158,9 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   /// What did not run on the device since the world was made, by name; empty if everything did.
   std::vector<btGpuFallback> fallbackReport() const;
   btGpuStatistics statistics() const;
+
+  /// What the cross-check has found so far; all zero without it.
+  btGpuCrosscheckSummary crosscheck() const;
 
   /// Stage times since the last call, in the order of the stages; empty unless btGpuSettings::m_profile is
   /// set.

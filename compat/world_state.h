@@ -17,6 +17,7 @@
 #include "../translation/read_world.h"
 #include "../translation/world_loops.h"
 #include "btGpuDynamicsWorld.h"
+#include "crosscheck.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -75,7 +76,9 @@ struct WorldState {
   StepResults results;      // of the last device step
   Path lastPath = Path::None;
   SubstepCount substeps;
-  bool contactsBehind = false;  // the dispatcher's manifolds are those of an earlier substep
+  std::shared_ptr<CrossCheck> crosscheck;  // null: not wanted
+  bool crosscheckAsked = false;            // it is known whether it is wanted
+  bool contactsBehind = false;             // the dispatcher's manifolds are those of an earlier substep
 
   // The next step reads the whole world anew.
   void forgetWorld() {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Access to private members of Bullet's classes that have no getter. The language lets an explicit template
-// instantiation name a private member, and a renamed member does not compile. btRigidBody's are only read.
+// instantiation name a private member, and a renamed member does not compile. Those of the application's
+// btRigidBody are only read.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btBoxBoxCollisionAlgorithm.h>
@@ -29,6 +30,7 @@ BTGPU_EXPOSE(AdditionalDamping, btRigidBody, bool, m_additionalDamping)
 BTGPU_EXPOSE(AdditionalDampingFactor, btRigidBody, btScalar, m_additionalDampingFactor)
 BTGPU_EXPOSE(AdditionalLinearThresholdSqr, btRigidBody, btScalar, m_additionalLinearDampingThresholdSqr)
 BTGPU_EXPOSE(AdditionalAngularThresholdSqr, btRigidBody, btScalar, m_additionalAngularDampingThresholdSqr)
+BTGPU_EXPOSE(ConstraintRefs, btRigidBody, btAlignedObjectArray<btTypedConstraint*>, m_constraintRefs)
 
 // The manifold of an algorithm, and whether the algorithm releases it.
 BTGPU_EXPOSE(BoxBoxManifold, btBoxBoxCollisionAlgorithm, btPersistentManifold*, m_manifoldPtr)

@@ -174,7 +174,7 @@ void OneStepCheck::compareContacts() {
   std::vector<bool> met(stock.size(), false);
   for (size_t i = 0; i < m_ofPairs; ++i) {
     const Manifold& m = ours[i];
-    if (!awake(m) || m.bucket == BUCKET_HOST) continue;
+    if (!awake(m) || m.bucket == BUCKET_HOST || !m_oracle.object(m.bodyA) || !m_oracle.object(m.bodyB)) continue;
     const SlotPair key = pairOf(m.bodyA, m.bodyB);
     const auto it = std::lower_bound(stock.begin(), stock.end(),
                                      std::make_pair(key, static_cast<const btPersistentManifold*>(nullptr)));

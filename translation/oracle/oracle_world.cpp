@@ -133,7 +133,7 @@ void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t 
   }
   for (size_t i = 0; i < contacts.size(); ++i) {
     const Manifold& m = contacts[i];
-    if (m.pointCount == 0) continue;
+    if (m.pointCount == 0 || !m_objects[m.bodyA] || !m_objects[m.bodyB]) continue;
     btPersistentManifold* manifold;
     if (i < ofPairs) {
       manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
