@@ -76,8 +76,8 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   void setObjects(std::vector<btCollisionObject*> bySlot);
   size_t slotCount() const { return m_objects.size(); }
   btCollisionObject* object(size_t slot) const { return m_objects[slot]; }
-  btRigidBody* body(size_t slot) const {
-    return slot < m_objects.size() ? btRigidBody::upcast(m_objects[slot]) : nullptr;
+  btRigidBody* body(size_t slot) const {  // null if there is none
+    return slot < m_objects.size() && m_objects[slot] ? btRigidBody::upcast(m_objects[slot]) : nullptr;
   }
   uint slotOf(const btCollisionObject& object) const;  // NO_INDEX: not in the world
 
