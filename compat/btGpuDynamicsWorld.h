@@ -68,6 +68,16 @@ struct btGpuCrosscheckSummary {
   btGpuCrosscheckStep m_first;            ///< the first that failed; its pointers may be stale
   std::vector<btGpuCheck> m_checks;       ///< of the whole run
   double m_milliseconds = 0;              ///< that all checks took
+  std::string m_error;                    ///< why the checks ended before the run did; empty: they did not
+
+  /// Something was checked, no step failed, and neither did the run. Partly checked steps and those on the stock path
+  /// are for the caller to judge.
+  bool agreed() const {
+    for (const btGpuCheck& check : m_checks) {
+      if (check.m_failed) return false;
+    }
+    return m_checkedSteps > 0 && m_failedSteps == 0 && m_error.empty();
+  }
 };
 
 struct btGpuSettings {

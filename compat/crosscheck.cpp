@@ -89,7 +89,7 @@ CrossCheck::CrossCheck(int every, std::string file, double otherDepths)
       m_world(++worldCount),
       m_file(std::move(file)),
       m_shadow(std::make_unique<ShadowWorld>()),
-      m_check(*m_shadow, otherDepths) {}
+      m_check(*m_shadow, otherDepths, Shares::WithChance) {}
 
 CrossCheck::~CrossCheck() {
   saySummary();
@@ -160,7 +160,9 @@ void CrossCheck::compare(const WorldReader& reader, const StepResults& results, 
   m_after = std::vector<BodyEnd>(m_shadow->slotCount());
   for (std::size_t i = 0; i < m_after.size(); ++i) {
     const BodySlot& slot = reader.slots()[i];
-    if (slot.object && m_shadow->object(i) && !isQuarantined(slot)) m_after[i] = captureEnd(*slot.object);
+    if (!slot.object || !m_shadow->object(i)) continue;
+    if (!isQuarantined(slot)) m_after[i] = captureEnd(*slot.object);
+    m_after[i].lost = slot.deviceQuarantined;  // those that were so before are not in the shadow
   }
   if (!results.quarantined.empty() && m_unchecked.empty()) m_unchecked = {"bodies in quarantine"};
   if (!sleepKnown) m_unchecked.push_back("sleep: its timers run after the actions");
@@ -219,6 +221,7 @@ void CrossCheck::giveUp(const char* error) {
 
 btGpuCrosscheckSummary CrossCheck::summary() const {
   btGpuCrosscheckSummary summary = m_summary;
+  summary.m_error = m_error;
   if (summary.m_checkedSteps == 0) return summary;
   for (const Check& from : m_check.checks()) {
     btGpuCheck check;

@@ -97,6 +97,7 @@ std::string crosscheckText(int world, const btGpuCrosscheckSummary& s) {
   for (const btGpuCheck& check : s.m_checks) {
     if (check.m_failed) failed += (failed.empty() ? "" : ", ") + exceeded(check);
   }
+  if (!s.m_error.empty()) text += ", then the check ended: " + s.m_error;
   text += failed.empty() ? "; the whole run is in agreement" : "; the whole run is NOT in agreement: " + failed;
   return text + " (" + number(s.m_milliseconds / static_cast<double>(s.m_checkedSteps)) + " ms a check)";
 }
@@ -126,8 +127,8 @@ std::string crosscheckJson(int world, const btGpuCrosscheckSummary& s) {
   return object({member("world", std::to_string(world)), member("steps", s.m_steps),
                  member("checkedSteps", s.m_checkedSteps), member("partlySteps", s.m_partlySteps),
                  member("stockSteps", s.m_stockSteps), member("failedSteps", s.m_failedSteps),
-                 member("firstFailed", s.m_first.m_step), member("checks", checksJson(s.m_checks, false)),
-                 member("ms", s.m_milliseconds)}) +
+                 member("agreed", s.agreed()), member("firstFailed", s.m_first.m_step),
+                 member("checks", checksJson(s.m_checks, false)), member("ms", s.m_milliseconds)}) +
          "\n";
 }
 

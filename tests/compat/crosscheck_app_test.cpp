@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/subprocess.h"
+#include "scene_app_run.h"
 
 namespace btgpu::test {
 namespace {
@@ -28,13 +28,6 @@ std::string resultsOf(const Finished& finished) {
     if (line.rfind("firstStepSeconds", 0) != 0) text += line + "\n";
   }
   return text;
-}
-
-std::vector<nlohmann::json> jsonLines(const std::string& path) {
-  std::vector<nlohmann::json> lines;
-  std::istringstream in(readFile(path));
-  for (std::string line; std::getline(in, line);) lines.push_back(nlohmann::json::parse(line));
-  return lines;
 }
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -63,11 +56,12 @@ TEST(CrossCheckApp, EveryStepOfEveryWorld) {
     EXPECT_EQ(step.at("world"), 1);
     EXPECT_EQ(step.at("step"), i + 1);
     EXPECT_EQ(step.at("failed"), false);
-    EXPECT_EQ(step.at("checks").size(), 7u);
+    EXPECT_EQ(step.at("checks").size(), 8u);
     EXPECT_TRUE(step.at("body").contains("index"));
   }
   EXPECT_EQ(lines[32].at("checkedSteps"), 30);
   EXPECT_EQ(lines[32].at("failedSteps"), 0);
+  EXPECT_EQ(lines[32].at("agreed"), true);
 }
 
 TEST(CrossCheckApp, EveryTenthStep) {
@@ -88,21 +82,50 @@ TEST(CrossCheckApp, FileThatCantBeWritten) {
   EXPECT_TRUE(contains(finished.errLines()[0], "can't write /no/such/folder/x"));
 }
 
-// A device that forgets gravity on the way.
-TEST(CrossCheckApp, FirstFailureOfAWorldIsSaidOnce) {
-  const TemporaryFolder folder;
+// Kernels that forget a tenth of the forces. Only bodies without contact have a limit on it: at first they all touch.
+std::string forgetfulKernels(const TemporaryFolder& folder) {
   fs::copy(fs::path(BTGPU_SOURCE_DIR) / "kernels", folder.path() / "kernels", fs::copy_options::recursive);
   const fs::path kernel = folder.path() / "kernels/stages/10_apply_forces.cl";
   std::string text = readFile(kernel);
   const std::string factor = "(inverseMass * timeStep)";
-  ASSERT_TRUE(contains(text, factor));
+  EXPECT_TRUE(contains(text, factor));
   writeFile(kernel, text.replace(text.find(factor), factor.size(), "(0.9f * inverseMass * timeStep)"));
-  const Finished finished = runApp({"BTGPU_CROSSCHECK=1", "BTGPU_KERNEL_DIR=" + folder.path().string()});
+  return "BTGPU_KERNEL_DIR=" + folder.path().string();
+}
+
+TEST(CrossCheckApp, FirstFailureOfAWorldIsSaidOnce) {
+  const TemporaryFolder folder;
+  const Finished finished = runApp({"BTGPU_CROSSCHECK=1", forgetfulKernels(folder)});
   const std::vector<std::string> said = finished.errLines();
-  ASSERT_EQ(said.size(), 4u) << finished.err;
-  EXPECT_TRUE(contains(said[0], "world 1, step 1, failed; solver.free_velocity ")) << said[0];
+  ASSERT_EQ(said.size(), 3u) << finished.err;
+  EXPECT_TRUE(contains(said[0], ", failed; solver.free_velocity ")) << said[0];
   EXPECT_TRUE(contains(said[0], "most in body ")) << said[0];
-  EXPECT_TRUE(contains(said[3], "30 failed; the whole run is NOT in agreement: ")) << said[3];
+  EXPECT_TRUE(contains(said[1], "world 2: 1 of 1 steps")) << said[1];
+  EXPECT_TRUE(contains(said[2], " failed; the whole run is NOT in agreement: ")) << said[2];
+}
+
+// The command tells by its exit status.
+int runCommand(const std::vector<std::string>& arguments, std::vector<std::string> environment = {}) {
+  std::vector<std::string> command = {BTGPU_TOOL, "crosscheck"};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  RunOptions options;
+  options.environment = std::move(environment);
+  return runProgram(command, options).exitCode;
+}
+
+TEST(CrossCheckCommand, ExitStatus) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(runCommand({"stack", "--size", "3,3,3", "--steps", "60"}), 0);
+  EXPECT_EQ(runCommand({"vehicle", "--size", "1,2,2", "--steps", "60", "--every", "7"}), 0);
+  EXPECT_EQ(runCommand({"stack", "--size", "3,3,3", "--steps", "60"}, {forgetfulKernels(folder)}), 1);
+  EXPECT_EQ(runCommand({"stack", "--size", "3,3,3", "--steps", "60"}, {"BTGPU_ENGINE=/no/such/engine.so"}), 1);
+  EXPECT_EQ(runCommand({"no_such_scene"}), 2);
+  EXPECT_EQ(runCommand({"stack", "--steps", "5", "--every", "6"}), 2);
+}
+
+// A slice of crosscheck_long_test.cpp.
+TEST(CrossCheckApp, ScenesInAnUnawareApplication) {
+  for (const char* scene : {"stack", "mixed", "domino"}) expectSceneAgrees(scene, 100);
 }
 
 // Without a device nothing is compared, and the check says so.

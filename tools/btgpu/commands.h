@@ -19,6 +19,7 @@ struct Command {
 Command addInfoCommand(CLI::App& tool);
 Command addScenesCommand(CLI::App& tool);
 Command addCompareCommand(CLI::App& tool);
+Command addCrosscheckCommand(CLI::App& tool);
 Command addBenchCommand(CLI::App& tool);
 Command addReplayCommand(CLI::App& tool);
 

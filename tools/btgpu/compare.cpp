@@ -49,15 +49,6 @@ nlohmann::json figuresJson(const RunStatistics& run, double msPerStep) {
           {"penetration99", number(run.depth99())}};
 }
 
-// Entries of the report that the scene does not declare. "*" declares all shares of the CPU, but no whole step.
-long undeclared(const std::vector<btGpuFallback>& fallbacks, const std::vector<std::string>& shares) {
-  const auto declared = [&shares](const std::string& what) {
-    return std::any_of(shares.begin(), shares.end(), [&](const std::string& s) { return s == "*" || s == what; });
-  };
-  return std::count_if(fallbacks.begin(), fallbacks.end(),
-                       [&](const btGpuFallback& f) { return f.m_wholeStep || !declared(f.m_what); });
-}
-
 void drawEnds(const btDiscreteDynamicsWorld& gpu, const btDiscreteDynamicsWorld& stock, ReportData& report) {
   constexpr int kWidth = 960, kHeight = 640;
   const Camera camera = cameraFor({&gpu, &stock}, kWidth, kHeight);
@@ -66,6 +57,14 @@ void drawEnds(const btDiscreteDynamicsWorld& gpu, const btDiscreteDynamicsWorld&
 }
 
 }  // namespace
+
+long undeclaredFallbacks(const std::vector<btGpuFallback>& fallbacks, const std::vector<std::string>& shares) {
+  const auto declared = [&shares](const std::string& what) {
+    return std::any_of(shares.begin(), shares.end(), [&](const std::string& s) { return s == "*" || s == what; });
+  };
+  return std::count_if(fallbacks.begin(), fallbacks.end(),
+                       [&](const btGpuFallback& f) { return f.m_wholeStep || !declared(f.m_what); });
+}
 
 bool CompareResult::pass() const {
   return compared && std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.pass(); });
@@ -137,8 +136,8 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
   result.hash = hashBodies(gpu.world());
   result.compared = result.deviceSteps > 0;
   result.checks.push_back(makeCheck("device.missing_steps", steps - result.deviceSteps));
-  result.checks.push_back(
-      makeCheck("device.fallbacks", static_cast<double>(undeclared(result.fallbacks, expectations.cpuShares))));
+  result.checks.push_back(makeCheck(
+      "device.fallbacks", static_cast<double>(undeclaredFallbacks(result.fallbacks, expectations.cpuShares))));
   if (result.deviceSteps == steps) {
     for (const auto& list : {freeRun.checks(), oneStep.checks()}) {
       result.checks.insert(result.checks.end(), list.begin(), list.end());

@@ -50,6 +50,9 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
 // Hash of the poses and velocities of all bodies, bit by bit, in the order they were added.
 std::uint64_t hashBodies(const btCollisionWorld& world);
 
+// Entries of the report that the scene does not declare. "*" declares all shares of the CPU, but no whole step.
+long undeclaredFallbacks(const std::vector<btGpuFallback>& fallbacks, const std::vector<std::string>& shares);
+
 std::string toText(const CompareResult& result);
 std::string toJson(const CompareResult& result);
 

@@ -76,6 +76,19 @@ using SlotPair = std::pair<uint, uint>;
 
 SlotPair pairOf(uint a, uint b) { return {std::min(a, b), std::max(a, b)}; }
 
+// The solver can push it. A kinematic body that kept its mass is: btSequentialImpulseConstraintSolver looks at the
+// mass.
+bool isPushed(const btCollisionObject* o) {
+  const btRigidBody* body = o ? btRigidBody::upcast(o) : nullptr;
+  return body && body->getInvMass() != 0;
+}
+bool isFinite(const btRigidBody& body) {
+  const btTransform& pose = body.getWorldTransform();
+  btVector3 sum = pose.getOrigin() + body.getLinearVelocity() + body.getAngularVelocity();
+  for (int row = 0; row < 3; ++row) sum += pose.getBasis()[row];
+  return std::isfinite(double(sum.x() + sum.y() + sum.z()));
+}
+
 bool isDynamic(const btCollisionObject* o) { return o && btRigidBody::upcast(o) && !o->isStaticOrKinematicObject(); }
 
 }  // namespace
@@ -103,12 +116,18 @@ void Measure::add(double difference, bool outlier, uint a, uint b) {
 
 double Measure::share() const { return m_total ? double(m_outliers) / double(m_total) : 0; }
 
+// Rare events are counted: n p of them are expected, and three standard deviations, sqrt(n p) each, more are seen once
+// in hundreds of runs.
+double Measure::chance(double limit) const { return m_total ? 3 * std::sqrt(limit / double(m_total)) : 0; }
+
 BodyEnd captureEnd(const btCollisionObject& object) {
-  return {true, object.getWorldTransform(), object.getActivationState()};
+  return {true, false, object.getActivationState(), object.getWorldTransform()};
 }
 
-OneStepCheck::OneStepCheck(OracleWorld& oracle, double otherDepthsAllowed)
-    : m_oracle(oracle), m_depthLimit(std::max(tolerance("contact.depth").limit, otherDepthsAllowed)) {}
+OneStepCheck::OneStepCheck(OracleWorld& oracle, double otherDepthsAllowed, Shares shares)
+    : m_oracle(oracle),
+      m_depthLimit(std::max(tolerance("contact.depth").limit, otherDepthsAllowed)),
+      m_shares(shares) {}
 
 void OneStepCheck::startStep(const StepRecord& step) {
   m_step = &step;
@@ -122,7 +141,7 @@ void OneStepCheck::startStep(const StepRecord& step) {
     const btCollisionObject* o = m_oracle.object(i);
     m_sizes[i] = o ? relativeSize(double(o->getCollisionShape()->getAngularMotionDisc())) : 0;
   }
-  for (Measure* m : {&m_missing, &m_depth, &m_normal, &m_free, &m_single, &m_pose, &m_sleep}) m->startStep();
+  for (Measure* m : {&m_missing, &m_depth, &m_normal, &m_free, &m_single, &m_pose, &m_lost, &m_sleep}) m->startStep();
   m_worstBody = BodyDifference();
   m_worstJoint = JointDifference();
 }
@@ -260,14 +279,15 @@ void OneStepCheck::compareSolver() {
 }
 
 void OneStepCheck::compareVelocities(const std::vector<Velocity>& stock) {
-  // Manifolds of each body that have points, and whether one of them, or a joint, is shared with another moving body.
+  // Manifolds of each body that have points, and whether one of them, or a joint, is shared with another body that
+  // moves.
   std::vector<int> manifolds(stock.size(), 0);
   std::vector<bool> coupled = m_jointed;
   for (const Manifold& m : *m_contacts) {
     if (m.pointCount == 0) continue;
     ++manifolds[m.bodyA];
     ++manifolds[m.bodyB];
-    if (isDynamic(m_oracle.object(m.bodyA)) && isDynamic(m_oracle.object(m.bodyB))) {
+    if (isPushed(m_oracle.object(m.bodyA)) && isPushed(m_oracle.object(m.bodyB))) {
       coupled[m.bodyA] = coupled[m.bodyB] = true;
     }
   }
@@ -357,8 +377,11 @@ void OneStepCheck::compareEnd() {
   for (size_t i = 0; i < m_oracle.slotCount(); ++i) {
     const btCollisionObject* stock = m_oracle.object(i);
     const BodyEnd& ours = m_step->after[i];
-    if (!isDynamic(stock) || !ours.known) continue;
+    if (!isDynamic(stock)) continue;
     const uint slot = static_cast<uint>(i);
+    const bool lost = ours.lost && isFinite(*btRigidBody::upcast(stock));
+    m_lost.add(lost ? 1 : 0, lost, slot);
+    if (!ours.known) continue;
     if (m_step->sleepKnown) {
       const bool other = ours.activation != stock->getActivationState();
       m_sleep.add(other ? 1 : 0, other, slot);
@@ -383,41 +406,40 @@ Check ofOrder(const char* name, double value, double reversed) {
 
 }  // namespace
 
+Check OneStepCheck::ofShare(const char* name, const Measure& m) const {
+  Check check = makeCheck(name, m.share());
+  if (&m == &m_depth) check.limit = m_depthLimit;
+  if (m_shares == Shares::WithChance) check.limit += m.chance(check.limit);
+  return check;
+}
+
 std::vector<StepCheck> OneStepCheck::stepChecks() const {
-  const auto ofShare = [](const char* name, const Measure& m) {
-    const double limit = tolerance(name).limit;
-    return StepCheck{name, m.share(), limit, m.stepOutliers() > 0 && m.share() > limit, m.worst()};
+  const auto share = [this](const char* name, const Measure& m) {
+    const Check run = ofShare(name, m);
+    return StepCheck{name, run.value, run.limit, m.stepOutliers() > 0 && !run.pass(), m.worst()};
   };
-  const auto ofLargest = [](const char* name, const Measure& m) {
-    const double limit = tolerance(name).limit;
-    return StepCheck{name, m.worst().difference, limit, m.stepOutliers() > 0, m.worst()};
+  const auto largest = [](const char* name, const Measure& m) {
+    return StepCheck{name, m.worst().difference, tolerance(name).limit, m.stepOutliers() > 0, m.worst()};
   };
-  StepCheck depth = ofShare("contact.depth", m_depth);
-  depth.limit = m_depthLimit;
-  depth.failed = depth.failed && depth.value > m_depthLimit;
-  return {ofShare("contact.missing_pairs", m_missing),
-          depth,
-          ofShare("contact.normal", m_normal),
-          ofLargest("solver.free_velocity", m_free),
-          ofShare("solver.single_velocity", m_single),
-          ofLargest("integrate.pose", m_pose),
-          ofShare("sleep.state", m_sleep)};
+  return {share("contact.missing_pairs", m_missing), share("contact.depth", m_depth),
+          share("contact.normal", m_normal),         largest("solver.free_velocity", m_free),
+          share("solver.single_velocity", m_single), largest("integrate.pose", m_pose),
+          largest("integrate.not_finite", m_lost),   share("sleep.state", m_sleep)};
 }
 
 std::vector<Check> OneStepCheck::checks() const {
-  Check depth = makeCheck("contact.depth", m_depth.share());
-  depth.limit = m_depthLimit;
   std::vector<Check> checks = {
-      makeCheck("contact.missing_pairs", m_missing.share()),
-      depth,
-      makeCheck("contact.normal", m_normal.share()),
+      ofShare("contact.missing_pairs", m_missing),
+      ofShare("contact.depth", m_depth),
+      ofShare("contact.normal", m_normal),
       makeCheck("solver.free_velocity", m_free.largest()),
-      makeCheck("solver.single_velocity", m_single.share()),
+      ofShare("solver.single_velocity", m_single),
       ofOrder("solver.residual", ratio(m_ourResidual.rms(), m_stockResidual.rms()),
               ratio(m_reversedResidual.rms(), m_forwardResidual.rms())),
       makeCheck("solver.energy", m_enteringEnergy > 0 ? m_addedEnergy / m_enteringEnergy : 0),
       makeCheck("integrate.pose", m_pose.largest()),
-      makeCheck("sleep.state", m_sleep.share()),
+      makeCheck("integrate.not_finite", m_lost.largest()),
+      ofShare("sleep.state", m_sleep),
   };
   if (m_stockDistance > 0) {
     checks.push_back(ofOrder("solver.distance_to_converged", ratio(m_ourDistance, m_stockDistance),

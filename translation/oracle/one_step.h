@@ -29,6 +29,7 @@ class Measure {
   void add(double difference, bool outlier, uint a, uint b = NO_INDEX);
 
   double share() const;                         // of the outliers, in the run
+  double chance(double limit) const;            // by which chance may lift a share of `limit` among so many
   double largest() const { return m_largest; }  // difference in the run
   long stepOutliers() const { return m_stepOutliers; }
   const Worst& worst() const { return m_worst; }  // of the last step
@@ -42,8 +43,9 @@ class Measure {
 // A body after btgpu's step.
 struct BodyEnd {
   bool known = false;  // false: it has left the world or is in quarantine, and is not compared
-  btTransform transform = btTransform::getIdentity();
+  bool lost = false;   // into quarantine, by this very step: it came out not finite
   int activation = 0;
+  btTransform transform = btTransform::getIdentity();
 };
 
 BodyEnd captureEnd(const btCollisionObject& object);
@@ -81,12 +83,16 @@ struct JointDifference {
   double ours = 0, stock = 0;
 };
 
+// Limits on a share are for runs of many thousand pairs. `Exact` applies them as they are; `WithChance` allows runs of
+// any length, down to the first step, what chance may add.
+enum class Shares { Exact, WithChance };
+
 // Holds steps of btgpu against steps of stock from the same state, caches included; contacts and solver are compared
 // apart. btgpu's world is never touched. What stock's own result depends on, the order of its rows, is measured as
 // well, by solving now and then with the manifolds in reverse order.
 class OneStepCheck {
  public:
-  explicit OneStepCheck(OracleWorld& oracle, double otherDepthsAllowed = 0);
+  explicit OneStepCheck(OracleWorld& oracle, double otherDepthsAllowed = 0, Shares shares = Shares::Exact);
 
   // The oracle has the objects and joints of the step.
   void compare(const StepRecord& step);
@@ -106,6 +112,7 @@ class OneStepCheck {
 
  private:
   void startStep(const StepRecord& step);
+  Check ofShare(const char* name, const Measure& m) const;
   void compareContacts();
   void comparePair(const Manifold& ours, const btPersistentManifold* stock);
   void compareSolver();
@@ -121,6 +128,7 @@ class OneStepCheck {
 
   OracleWorld& m_oracle;
   double m_depthLimit;
+  Shares m_shares;
   const StepRecord* m_step = nullptr;                 // that is compared
   const std::vector<Manifold>* m_contacts = nullptr;  // ours of the step
   size_t m_ofPairs = 0;                               // manifolds of the device's pairs; those of the host lie behind
@@ -128,7 +136,7 @@ class OneStepCheck {
   std::vector<Velocity> m_before, m_ours;             // before and after the step
   std::vector<double> m_sizes;                        // of the bodies: their angular motion disc, at most 10
 
-  Measure m_missing, m_depth, m_normal, m_free, m_single, m_pose, m_sleep;
+  Measure m_missing, m_depth, m_normal, m_free, m_single, m_pose, m_lost, m_sleep;
   BodyDifference m_worstBody;
   JointDifference m_worstJoint;
   double m_addedEnergy = 0, m_enteringEnergy = 0;

@@ -43,6 +43,8 @@ const std::vector<Tolerance>& tolerances() {
       {"integrate.pose", 2e-5,
        "largest pose difference of a body without contact after the step, relative to its size and distance",
        "float: one multiply-add and one quaternion product"},
+      {"integrate.not_finite", 0, "a body that came out of a step with NaN or infinity where stock's is finite",
+       "there is no right NaN"},
       {"sleep.state", 0.005, "share of bodies and steps whose activation state differs from stock's after the step",
        "the timers are the same; velocities within rounding of the threshold may fall on either side"},
 
