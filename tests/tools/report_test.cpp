@@ -282,8 +282,8 @@ TEST_F(Report, FailuresAndFiguresThatAreNotFinite) {
   r.device = "<img src=x onerror=alert(1)> & Co";
   r.bodies = 2;
   r.steps = r.deviceSteps = 5;
-  r.checks = {tool::makeCheck("free.position", kNan), tool::makeCheck("free.height", kInf),
-              tool::makeCheck("solver.energy", 0.5), tool::makeCheck("sleep.state", 0)};
+  r.checks = {makeCheck("free.position", kNan), makeCheck("free.height", kInf), makeCheck("solver.energy", 0.5),
+              makeCheck("sleep.state", 0)};
   r.fallbacks = {{"<i>joints</i>", "a & b", 3}};
   tool::Image image{960, 1, std::vector<std::uint8_t>(960 * 4, 200)};
   r.report.gpuEnd = r.report.stockEnd = image;

@@ -112,6 +112,7 @@ class OneStepCheck {
 
  private:
   void startStep(const StepRecord& step);
+  int ordersEvery(size_t bodies) const;  // steps
   Check ofShare(const char* name, const Measure& m) const;
   void compareContacts();
   void comparePair(const Manifold& ours, const btPersistentManifold* stock);
