@@ -89,7 +89,7 @@ CrossCheck::CrossCheck(int every, std::string file, double otherDepths)
       m_world(++worldCount),
       m_file(std::move(file)),
       m_shadow(std::make_unique<ShadowWorld>()),
-      m_check(*m_shadow, otherDepths, Shares::WithChance) {}
+      m_check(*m_shadow, otherDepths, Limits::WithChance) {}
 
 CrossCheck::~CrossCheck() {
   saySummary();

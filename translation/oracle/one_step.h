@@ -40,6 +40,16 @@ class Measure {
   Worst m_worst;
 };
 
+// Of a ratio of two sums over steps: how far off it may be, as the steps tell.
+class RatioSpread {
+ public:
+  void add(double ours, double stock);  // of a step
+  double standardError() const;
+
+ private:
+  double m_ours = 0, m_stock = 0, m_oursOurs = 0, m_oursStock = 0, m_stockStock = 0;
+};
+
 // A body after btgpu's step.
 struct BodyEnd {
   bool known = false;  // false: it has left the world or is in quarantine, and is not compared
@@ -83,16 +93,16 @@ struct JointDifference {
   double ours = 0, stock = 0;
 };
 
-// Limits on a share are for runs of many thousand pairs. `Exact` applies them as they are; `WithChance` allows runs of
-// any length, down to the first step, what chance may add.
-enum class Shares { Exact, WithChance };
+// Limits on shares and ratios are for runs of many thousand pairs. `Exact` applies them as they are; `WithChance`
+// allows runs of any length, down to the first step, what chance may add.
+enum class Limits { Exact, WithChance };
 
 // Holds steps of btgpu against steps of stock from the same state, caches included; contacts and solver are compared
 // apart. btgpu's world is never touched. What stock's own result depends on, the order of its rows, is measured as
 // well, by solving now and then with the manifolds in reverse order.
 class OneStepCheck {
  public:
-  explicit OneStepCheck(OracleWorld& oracle, double otherDepthsAllowed = 0, Shares shares = Shares::Exact);
+  explicit OneStepCheck(OracleWorld& oracle, double otherDepthsAllowed = 0, Limits limits = Limits::Exact);
 
   // The oracle has the objects and joints of the step.
   void compare(const StepRecord& step);
@@ -112,7 +122,7 @@ class OneStepCheck {
 
  private:
   void startStep(const StepRecord& step);
-  int ordersEvery(size_t bodies) const;  // steps
+  Check ofResidual() const;
   Check ofShare(const char* name, const Measure& m) const;
   void compareContacts();
   void comparePair(const Manifold& ours, const btPersistentManifold* stock);
@@ -129,7 +139,7 @@ class OneStepCheck {
 
   OracleWorld& m_oracle;
   double m_depthLimit;
-  Shares m_shares;
+  Limits m_limits;
   const StepRecord* m_step = nullptr;                 // that is compared
   const std::vector<Manifold>* m_contacts = nullptr;  // ours of the step
   size_t m_ofPairs = 0;                               // manifolds of the device's pairs; those of the host lie behind
@@ -142,7 +152,8 @@ class OneStepCheck {
   JointDifference m_worstJoint;
   double m_addedEnergy = 0, m_enteringEnergy = 0;
   int m_steps = 0;
-  Residual m_ourResidual, m_stockResidual;         // all steps
+  Residual m_ourResidual, m_stockResidual;  // all steps
+  RatioSpread m_residualSpread;
   Residual m_ourLast, m_stockLast;                 // the last step
   Residual m_forwardResidual, m_reversedResidual;  // stock in both orders, in the steps where both were run
   double m_ourDistance = 0, m_stockDistance = 0, m_reversedDistance = 0;
