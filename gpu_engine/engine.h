@@ -35,6 +35,8 @@ struct EngineSettings {
   std::string device;    // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
   bool profile = false;  // time each stage (slows the step)
   size_t bodyCapacity = 0, pairCapacity = 0;  // room to start with; grown as needed
+  std::string hostStages;    // numbers or names of stages, "30,70": these run as their references, on the host
+  bool checkStages = false;  // hold each stage of each step against its reference (StepResults::differences); slow
 };
 
 struct StageProfile {

@@ -3,6 +3,7 @@
 // What comes up the seam after a step.
 #pragma once
 
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,18 @@ struct ManifoldView {
   size_t size() const { return count; }
   const Manifold& operator[](size_t i) const { return first[indices ? indices[i] : i]; }
 };
+
+// A value that a stage left on the device, off from its reference by more than its contract allows.
+struct StageDifference {
+  std::string stage;    // "65_prepare_contacts"
+  std::string element;  // "slot 7, point 2 (bodies 3 and 9): normal jac"
+  double device = 0, reference = 0, limit = 0;
+};
+inline std::string textOf(const StageDifference& d) {
+  char numbers[128];
+  std::snprintf(numbers, sizeof numbers, ": %.9g instead of %.9g, limit %.3g", d.device, d.reference, d.limit);
+  return d.stage + ": " + d.element + numbers;
+}
 
 struct StepResults {
   // Indexed by body, length WorldInput::bodyCount.
@@ -50,6 +63,8 @@ struct StepResults {
   int redos = 0;              // how often the step was repeated because an array was too small
   int launches = 0;           // kernels launched
   int waits = 0;              // times the host waited for the device
+  // With EngineSettings::checkStages: the first difference of the step, if there is one.
+  std::vector<StageDifference> differences;
   std::string recoveredFrom;  // the error of a call that failed, if the step was done again because of it
 };
 

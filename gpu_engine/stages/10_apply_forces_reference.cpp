@@ -140,4 +140,52 @@ std::vector<BodyStep> applyForcesReference(const StepParams& params, const std::
   return steps;
 }
 
+namespace {
+
+// A vector component is a sum of a few products and quotients of vectors of that size: 16 roundings of half
+// an ulp.
+constexpr double kVectorTolerance = 1e-6;
+// OpenCL lets pow be off by 16 ulp; damping multiplies the velocity by it, and everything after that inherits
+// it.
+constexpr double kPowTolerance = 16 * 1.2e-7;
+// The gyroscopic terms solve a 3x3 system by Cramer's rule. Its condition number is the ratio of the inertias,
+// below 25 here, and the determinants lose that many roundings twice.
+constexpr double kGyroTolerance = 8 * 2 * 1.2e-7;
+constexpr double kUlp = 1.2e-7;
+
+double sizeOf(float4 v) { return length(toVec(v)); }
+
+void checkVector(Contract& contract, const char* what, float4 device, float4 expected, double limit) {
+  contract.near(what, device, expected, limit);
+  contract.near("w", device.w, expected.w, 4 * kUlp * std::fabs(expected.w));
+}
+
+void checkStep(Contract& c, float timeStep, const BodyStep& s, const BodyStep& e) {
+  const double linear = sizeOf(e.linearVelocity), angular = sizeOf(e.angularVelocity);
+  checkVector(c, "linear velocity", s.linearVelocity, e.linearVelocity, kPowTolerance * linear);
+  checkVector(c, "angular velocity", s.angularVelocity, e.angularVelocity, kPowTolerance * angular);
+  checkVector(c, "external linear", s.externalLinear, e.externalLinear, kVectorTolerance * sizeOf(e.externalLinear));
+  checkVector(c, "external angular", s.externalAngular, e.externalAngular,
+              kGyroTolerance * (angular + sizeOf(e.externalAngular)));
+  const double tensor = sizeOf(e.inverseInertia0) + sizeOf(e.inverseInertia1) + sizeOf(e.inverseInertia2);
+  checkVector(c, "inverse inertia, row 0", s.inverseInertia0, e.inverseInertia0, kVectorTolerance * tensor);
+  checkVector(c, "inverse inertia, row 1", s.inverseInertia1, e.inverseInertia1, kVectorTolerance * tensor);
+  checkVector(c, "inverse inertia, row 2", s.inverseInertia2, e.inverseInertia2, kVectorTolerance * tensor);
+  checkVector(c, "predicted position", s.predictedPosition, e.predictedPosition,
+              kVectorTolerance * sizeOf(e.predictedPosition) + kPowTolerance * linear * timeStep);
+  // The quaternion is of unit size; the angle of a step is at most pi / 4.
+  c.near("predicted orientation", s.predictedOrientation, e.predictedOrientation, 2e-6);
+  c.near("predicted orientation w", s.predictedOrientation.w, e.predictedOrientation.w, 2e-6);
+}
+
+}  // namespace
+
+void checkAppliedForces(Contract& contract, const StepParams& params, const std::vector<BodyStep>& device,
+                        const std::vector<BodyStep>& expected) {
+  for (size_t i = 0; i < expected.size(); ++i) {
+    contract.at("body {}", i);
+    checkStep(contract, params.timeStep, device[i], expected[i]);
+  }
+}
+
 }  // namespace btgpu

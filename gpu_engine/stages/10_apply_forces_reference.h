@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Host reference of stage 10. Equal within 2e-6 relative to the larger of 1 and the value's own scale (see
-// the test): the reference computes in double and rounds once, the kernel rounds every operation to float and
-// has pow, sin and cos of the device. Exact: what must be zero, and the positions of bodies that do not move.
+// Host reference of stage 10. It computes in double and rounds once; the kernel rounds every operation to float and
+// has pow, sin and cos of the device: checkAppliedForces says how far off a value may be. Exact: what must be zero, and
+// the positions of bodies that do not move.
 #pragma once
 
 #include <vector>
 
 #include "../../kernels/shared/body.h"
 #include "../../kernels/shared/step.h"
+#include "contract.h"
 
 namespace btgpu {
 
@@ -18,5 +19,8 @@ std::vector<BodyStep> applyForcesReference(const StepParams& params, const std::
                                            const std::vector<BodyVelocity>& velocities,
                                            const std::vector<BodyForces>& forces, const std::vector<BodyMass>& masses,
                                            const std::vector<BodyDamping>& dampings);
+
+void checkAppliedForces(Contract& contract, const StepParams& params, const std::vector<BodyStep>& device,
+                        const std::vector<BodyStep>& expected);
 
 }  // namespace btgpu
