@@ -41,6 +41,8 @@ btgpu::Engine* engineOf(WorldState& state) {
   btgpu::EngineSettings settings;
   settings.device = state.settings.m_device;
   settings.profile = state.settings.m_profile;
+  settings.hostStages = state.settings.m_hostStages;
+  settings.checkStages = state.settings.m_checkStages;
   settings.bodyCapacity = static_cast<size_t>(btMax(0, state.settings.m_bodyCapacity));
   settings.pairCapacity = static_cast<size_t>(btMax(0, state.settings.m_pairCapacity));
   using btgpu::Status;
@@ -120,10 +122,20 @@ class Stopwatch {
   std::chrono::steady_clock::time_point m_last = std::chrono::steady_clock::now();
 };
 
+void keepStageDifferences(WorldState& state) {
+  btGpuStatistics& s = state.statistics;
+  for (const btgpu::StageDifference& d : state.results.differences) {
+    if (s.m_stageDifferences++ > 0) continue;
+    s.m_firstStageDifference = "step " + std::to_string(s.m_deviceSteps) + ", " + textOf(d);
+    std::fprintf(stderr, "btgpu: %s\n", s.m_firstStageDifference.c_str());
+  }
+}
+
 void keepStatistics(WorldState& state) {
   const btgpu::StepCounters& c = state.results.counters;
   btGpuStatistics& s = state.statistics;
   ++s.m_deviceSteps;
+  keepStageDifferences(state);
   if (state.results.prefetched) ++s.m_prefetchedSteps;
   if (!state.results.recoveredFrom.empty()) {
     ++s.m_recoveredSteps;

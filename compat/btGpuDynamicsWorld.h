@@ -96,6 +96,12 @@ struct btGpuSettings {
   bool m_profile = false;
   /// Keeps each step's contacts for comparison (btgpu compare); slows the step.
   bool m_keepContacts = false;
+  /// Numbers or names of stages, "30,70" (docs/bisect.md): their references run on the host in their place. Empty: the
+  /// environment variable BTGPU_HOST_STAGES.
+  std::string m_hostStages;
+  /// Holds what each stage of each step leaves on the device against its reference; very slow. Also with
+  /// BTGPU_CHECK_STAGES=1 in the environment.
+  bool m_checkStages = false;
   /// Room to start with; grown as needed.
   int m_bodyCapacity = 0, m_pairCapacity = 0;
   /// Does every so many-th step once more with stock Bullet, in a shadow world from the same state, and compares
@@ -128,6 +134,9 @@ struct btGpuStatistics {
   unsigned long long m_prefetchedSteps = 0;
   unsigned long long m_repeatedSteps = 0;   ///< steps done twice because an array on the device was too small
   unsigned long long m_recoveredSteps = 0;  ///< steps done twice because a call of OpenCL failed, and then did not
+  /// Steps in which a stage was off its reference by more than its contract (btGpuSettings::m_checkStages), and the first.
+  unsigned long long m_stageDifferences = 0;
+  std::string m_firstStageDifference;  ///< "step 12, 46_clip_faces: pair 88 (bodies 3 and 9): ..."
   unsigned m_pairs = 0, m_contactManifolds = 0, m_contactPoints = 0, m_colours = 0;
   int m_launches = 0, m_waits = 0;
   double m_translateMs = 0;  ///< host time that reading Bullet's objects and writing them back took

@@ -84,6 +84,9 @@ struct DeviceWorld {
   DeviceArray<uint> constraints{"constraints"};                 // stage 55: manifolds that are solved, ascending
   DeviceArray<uint> constraintCount{"constraint count"};        // 1; stage 55
 
+  // Indices of manifolds, ascending, if the host wants contacts: those with points; of these, the ones that it is sent.
+  DeviceArray<uint> touching{"touching manifolds"}, fresh{"fresh manifolds"};  // stage 95
+
   DeviceArray<ulong> ignoredPairs{"ignored pairs"};  // host: sorted keys of pairs that must not collide
   uint ignoredCount = 0;
 

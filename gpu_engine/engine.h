@@ -14,7 +14,7 @@
 namespace btgpu {
 
 // Changes whenever anything in this header or in the headers it includes changes its layout.
-inline constexpr int kEngineAbi = 7;
+inline constexpr int kEngineAbi = 8;
 // Name of the factory in the plugin: EngineFactory.
 inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
 inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
@@ -35,8 +35,11 @@ struct EngineSettings {
   std::string device;    // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
   bool profile = false;  // time each stage (slows the step)
   size_t bodyCapacity = 0, pairCapacity = 0;  // room to start with; grown as needed
-  std::string hostStages;    // numbers or names of stages, "30,70": these run as their references, on the host
-  bool checkStages = false;  // hold each stage of each step against its reference (StepResults::differences); slow
+  // Numbers or names of stages, "30,70": these run as their references, on the host. Empty: BTGPU_HOST_STAGES.
+  std::string hostStages;
+  // Each stage of each step is held against its reference (StepResults::differences); slow. Also with
+  // BTGPU_CHECK_STAGES=1.
+  bool checkStages = false;
 };
 
 struct StageProfile {

@@ -15,7 +15,8 @@ namespace btgpu {
 // What a stage on the host sees of the running step. Every read and write waits.
 class StageIo {
  public:
-  StageIo(Queue& queue, DeviceWorld& world, const StepSettings& settings) : world(world), settings(settings), m_queue(queue) {}
+  StageIo(Queue& queue, DeviceWorld& ofWorld, const StepSettings& ofStep)
+      : world(ofWorld), settings(ofStep), m_queue(queue) {}
 
   DeviceWorld& world;
   const StepSettings& settings;
@@ -47,7 +48,8 @@ class StageIo {
   void setCounters(const StepCounters& counters) { write(world.counters, std::vector<StepCounters>{counters}); }
   // Pairs of this step that there was room for.
   size_t pairCount() { return std::min<size_t>(counters().pairCount, world.capacities.pairs); }
-  Queue& queue() { return m_queue; }
+  // Manifolds of the pairs, and those of the host once stage 50 has run.
+  size_t manifoldCount() { return pairCount() + world.hostManifoldCount; }
 
  private:
   Queue& m_queue;

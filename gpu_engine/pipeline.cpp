@@ -14,8 +14,9 @@ WorldTraits traitsOf(const WorldInput& input) {
   return traits;
 }
 
-Pipeline::Pipeline(ComputeDevice& device)
-    : m_followSubstep(device),
+Pipeline::Pipeline(ComputeDevice& device, HostStages& hostStages)
+    : m_hostStages(hostStages),
+      m_followSubstep(device),
       m_applyForces(device),
       m_updateAabbs(device),
       m_findPairs(device),
@@ -34,29 +35,33 @@ Pipeline::Pipeline(ComputeDevice& device)
       m_gatherContacts(device) {}
 
 void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits) {
+  StageIo io(queue, world, settings);
+  const auto stage = [&](const char* name, auto& on, const auto&... arguments) {
+    m_hostStages.run(name, io, [&] { on.enqueue(queue, world, arguments...); });
+  };
   const bool boxes = traits.has(SHAPE_BOX);
-  m_applyForces.enqueue(queue, world);                           // 10
-  m_updateAabbs.enqueue(queue, world);                           // 20
-  m_findPairs.enqueue(queue, world);                             // 30
-  m_groupPairs.enqueue(queue, world);                            // 35
-  m_collidePrimitives.enqueue(queue, world, traits.shapeTypes);  // 42
-  if (boxes) m_findSeparatingAxis.enqueue(queue, world);         // 44
-  if (boxes) m_clipFaces.enqueue(queue, world);                  // 46
+  stage("10_apply_forces", m_applyForces);
+  stage("20_update_aabbs", m_updateAabbs);
+  stage("30_find_pairs", m_findPairs);
+  stage("35_group_pairs", m_groupPairs);
+  stage("42_collide_primitives", m_collidePrimitives, traits.shapeTypes);
+  if (boxes) stage("44_find_separating_axis", m_findSeparatingAxis);
+  if (boxes) stage("46_clip_faces", m_clipFaces);
   if (traits.convexPairs()) {
-    m_findClosestFeatures.enqueue(queue, world);  // 44
-    m_clipConvexFaces.enqueue(queue, world);      // 46
+    stage("44_find_closest_features", m_findClosestFeatures);
+    stage("46_clip_convex_faces", m_clipConvexFaces);
   }
-  m_reduceAndMatchContacts.enqueue(queue, world);                               // 48
-  if (world.hostManifoldCount > 0) m_appendHostContacts.enqueue(queue, world);  // 50
+  stage("48_reduce_and_match_contacts", m_reduceAndMatchContacts);
+  if (world.hostManifoldCount > 0) stage("50_append_host_contacts", m_appendHostContacts);
   if (settings.keepContacts) world.keepMatchedManifolds(queue);
-  if (world.jointCount > 0) m_prepareJoints.enqueue(queue, world);                             // 52
-  m_buildIslands.enqueue(queue, world);                                                        // 55
-  m_colourConstraints.enqueue(queue, world);                                                   // 60
-  m_prepareContacts.enqueue(queue, world);                                                     // 65
-  m_solveVelocities.enqueue(queue, world, settings, traits.torsionRows);                       // 70
-  m_integratePoses.enqueue(queue, world);                                                      // 80
-  m_updateActivation.enqueue(queue, world);                                                    // 90
-  if (settings.sendsContacts()) m_gatherContacts.enqueue(queue, world, settings.allContacts);  // 95
+  if (world.jointCount > 0) stage("52_prepare_joints", m_prepareJoints);
+  stage("55_build_islands", m_buildIslands);
+  stage("60_colour_constraints", m_colourConstraints);
+  stage("65_prepare_contacts", m_prepareContacts);
+  stage("70_solve_velocities", m_solveVelocities, settings, traits.torsionRows);
+  stage("80_integrate_poses", m_integratePoses);
+  stage("90_update_activation", m_updateActivation);
+  if (settings.sendsContacts()) stage("95_gather_contacts", m_gatherContacts, settings.allContacts);
 }
 
 }  // namespace btgpu

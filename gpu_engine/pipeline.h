@@ -3,6 +3,7 @@
 #pragma once
 
 #include "device_world.h"
+#include "host_stage.h"
 #include "stages/05_follow_substep.h"
 #include "stages/10_apply_forces.h"
 #include "stages/20_update_aabbs.h"
@@ -38,21 +39,23 @@ struct WorldTraits {
 
 WorldTraits traitsOf(const WorldInput& input);
 
-// The order of the stages, Bullet's own (docs/pipeline.md). Nothing in here waits for the device.
+// The order of the stages, Bullet's own (docs/pipeline.md). Nothing in here waits for the device, unless
+// stages run on the host or are held against it.
 class Pipeline {
  public:
-  explicit Pipeline(ComputeDevice& device);
+  Pipeline(ComputeDevice& device, HostStages& hostStages);
   void enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits);
   // Before a step that is launched on top of one whose outcome the host does not know yet, in place of new counters.
   void enqueueFollow(Queue& queue, DeviceWorld& world) { m_followSubstep.enqueue(queue, world); }  // 05
   // After a step that succeeded: brings the contacts that its counters tell of.
-  void enqueueContactReads(Queue& queue, DeviceWorld& world, StepResults& results) {
-    m_gatherContacts.enqueueReads(queue, world, results);
+  void enqueueContactReads(Queue& queue, DeviceWorld& world, const StepSettings& settings, StepResults& results) {
+    m_gatherContacts.enqueueReads(queue, world, results, settings.allContacts);
   }
   // Before the next step: what the reads brought is gone then.
   void endContactReads(Queue& queue) { m_gatherContacts.endReads(queue); }
 
  private:
+  HostStages& m_hostStages;
   FollowSubstep m_followSubstep;
   ApplyForces m_applyForces;
   UpdateAabbs m_updateAabbs;

@@ -3,6 +3,7 @@
 #include "world_engine.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "debug/recorders.h"
 #include "opencl/error.h"
@@ -21,6 +22,11 @@ constexpr uint kFirstColours = 8, kFirstRounds = 24, kSpareRounds = 4;
 // Up at once, down by and by: after a calm moment the next impact should not find everything taken away.
 uint approach(uint now, uint needed) { return needed >= now ? needed : now - (now - needed + 3) / 4; }
 
+std::string fromEnvironment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
 size_t withSpare(uint needed) { return size_t{needed} + needed / 4; }
 
 }  // namespace
@@ -29,7 +35,9 @@ WorldEngine::WorldEngine(const EngineSettings& settings)
     : m_engineSettings(settings),
       m_device(ComputeDevice::open(settings.device)),
       m_queue(m_device, settings.profile),
-      m_pipeline(*m_device),
+      m_hostStages(settings.hostStages.empty() ? fromEnvironment("BTGPU_HOST_STAGES") : settings.hostStages,
+                   settings.checkStages || fromEnvironment("BTGPU_CHECK_STAGES") == "1"),
+      m_pipeline(*m_device, m_hostStages),
       m_world(std::make_unique<DeviceWorld>()) {
   m_queue.setRecorder(recorderFromEnvironment(*m_device));
 }
@@ -138,7 +146,7 @@ void WorldEngine::throwAheadAway() {
 // Whether the next substep can be known to start from nothing but what this one leaves on the device.
 bool WorldEngine::mayRunAhead(const WorldInput& input) const {
   const StepSettings& s = m_flights[m_current].settings;
-  return s.substepsToFollow > 0 && m_aheadAllowed && !s.keepContacts && input.bodyCount > 0 && input.born.empty() &&
+  return s.substepsToFollow > 0 && m_aheadAllowed && !m_hostStages.any() && !s.keepContacts && input.bodyCount > 0 && input.born.empty() &&
          !input.replaceManifolds && input.joints.empty() && input.hostManifolds.empty() && input.hostAabbs.empty();
 }
 
@@ -240,6 +248,7 @@ void WorldEngine::finish(StepResults& results) {
   }
   m_input = nullptr;
   results.recoveredFrom = m_recoveredFrom;
+  results.differences = m_hostStages.takeDifferences();
   m_device->programs().saveNext();
 }
 
@@ -282,7 +291,7 @@ void WorldEngine::readContacts(StepResults& results) {
   results.contactKeys.clear();
   results.contacts = {};
   if (settings.sendsContacts() && m_world->bodyCount > 0) {
-    m_pipeline.enqueueContactReads(m_queue, *m_world, results);
+    m_pipeline.enqueueContactReads(m_queue, *m_world, settings, results);
     m_queue.finish();
   }
   const size_t all = settings.keepContacts ? pairs + hosts : 0;

@@ -78,6 +78,7 @@ class WorldEngine {
   EngineSettings m_engineSettings;
   std::shared_ptr<ComputeDevice> m_device;
   Queue m_queue;
+  HostStages m_hostStages;
   Pipeline m_pipeline;
   std::unique_ptr<DeviceWorld> m_world;
   WorldTraits m_traits;

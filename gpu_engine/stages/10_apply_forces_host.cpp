@@ -13,16 +13,18 @@ class HostApplyForces : public HostStage {
   void compute(StageIo& io) override {
     DeviceWorld& w = io.world;
     m_params = io.params();
+    m_masses = io.readBodies(w.masses);
     m_steps = applyForcesReference(m_params, io.readBodies(w.infos), io.readBodies(w.poses), io.readBodies(w.velocities),
-                                   io.readBodies(w.forces), io.readBodies(w.masses), io.readBodies(w.dampings));
+                                   io.readBodies(w.forces), m_masses, io.readBodies(w.dampings));
   }
   void store(StageIo& io) override { io.write(io.world.steps, m_steps); }
   void check(StageIo& io, Contract& contract) override {
-    checkAppliedForces(contract, m_params, io.readBodies(io.world.steps), m_steps);
+    checkAppliedForces(contract, m_params, m_masses, io.readBodies(io.world.steps), m_steps);
   }
 
  private:
   StepParams m_params{};
+  std::vector<BodyMass> m_masses;
   std::vector<BodyStep> m_steps;
 };
 

@@ -20,7 +20,7 @@ std::vector<BodyStep> applyForcesReference(const StepParams& params, const std::
                                            const std::vector<BodyForces>& forces, const std::vector<BodyMass>& masses,
                                            const std::vector<BodyDamping>& dampings);
 
-void checkAppliedForces(Contract& contract, const StepParams& params, const std::vector<BodyStep>& device,
-                        const std::vector<BodyStep>& expected);
+void checkAppliedForces(Contract& contract, const StepParams& params, const std::vector<BodyMass>& masses,
+                        const std::vector<BodyStep>& device, const std::vector<BodyStep>& expected);
 
 }  // namespace btgpu

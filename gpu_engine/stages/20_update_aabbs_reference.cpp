@@ -107,4 +107,32 @@ UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<Bo
   return out;
 }
 
+namespace {
+
+// A coordinate is the sum of position, reach and threshold; the reach a sum of three products with matrix entries that
+// have some four roundings each: 16 half ulps of the largest of them.
+constexpr double kTolerance = 1e-6;
+
+void checkAxis(Contract& contract, float lower, float upper, float wantedLower, float wantedUpper) {
+  const double limit = kTolerance * (std::fabs(double(wantedLower)) + std::fabs(double(wantedUpper)));
+  contract.near("lower bound", lower, wantedLower, limit);
+  contract.near("upper bound", upper, wantedUpper, limit);
+}
+
+}  // namespace
+
+void checkUpdatedAabbs(Contract& contract, const UpdatedAabbs& device, const UpdatedAabbs& expected) {
+  contract.sameArray("activation of body", device.activations, expected.activations);
+  contract.same("bodies out of bounds", device.outOfBounds, expected.outOfBounds);
+  for (size_t i = 0; i < expected.aabbs.size(); ++i) {
+    const Aabb &a = device.aabbs[i], &e = expected.aabbs[i];
+    contract.at("AABB of body {}", i);
+    checkAxis(contract, a.lower.x, a.upper.x, e.lower.x, e.upper.x);
+    checkAxis(contract, a.lower.y, a.upper.y, e.lower.y, e.upper.y);
+    checkAxis(contract, a.lower.z, a.upper.z, e.lower.z, e.upper.z);
+    contract.same("lower w", a.lower.w, 0);
+    contract.same("upper w", a.upper.w, 0);
+  }
+}
+
 }  // namespace btgpu

@@ -10,6 +10,7 @@
 #include "../../kernels/shared/body.h"
 #include "../../kernels/shared/shape.h"
 #include "../../kernels/shared/step.h"
+#include "contract.h"
 
 namespace btgpu {
 
@@ -25,5 +26,7 @@ UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<Bo
                                   const std::vector<BodyStep>& steps, const std::vector<BodyActivation>& activations,
                                   const std::vector<Aabb>& oldAabbs,
                                   const std::vector<Aabb>& hostAabbs = {});
+
+void checkUpdatedAabbs(Contract& contract, const UpdatedAabbs& device, const UpdatedAabbs& expected);
 
 }  // namespace btgpu

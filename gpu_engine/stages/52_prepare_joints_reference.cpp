@@ -74,4 +74,16 @@ std::vector<JointEffectReference> prepareJointsReference(const std::vector<Joint
   return effects;
 }
 
+void checkPreparedJoints(Contract& contract, const std::vector<JointEffect>& device,
+                         const std::vector<float>& impulses, const std::vector<JointEffectReference>& expected) {
+  constexpr double kRoundings = 32.0 / 16777216;  // the contract
+  for (size_t r = 0; r < expected.size(); ++r) {
+    const JointEffectReference& e = expected[r];
+    contract.at("joint row {}", r);
+    contract.near("jac", device[r].jac, e.jac, kRoundings * std::fabs(e.jac) * e.jacSize);
+    contract.near("rhs", device[r].rhs, e.rhs, kRoundings * e.rhsSize);
+    contract.same("impulse", impulses[r], 0);
+  }
+}
+
 }  // namespace btgpu

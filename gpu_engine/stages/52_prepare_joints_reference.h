@@ -8,6 +8,7 @@
 
 #include "../../kernels/shared/body.h"
 #include "../../kernels/shared/joint.h"
+#include "contract.h"
 
 namespace btgpu {
 
@@ -21,5 +22,8 @@ struct JointEffectReference {
 std::vector<JointEffectReference> prepareJointsReference(const std::vector<Joint>& joints,
                                                          const std::vector<JointRow>& rows,
                                                          const std::vector<BodyStep>& steps);
+
+void checkPreparedJoints(Contract& contract, const std::vector<JointEffect>& device,
+                         const std::vector<float>& impulses, const std::vector<JointEffectReference>& expected);
 
 }  // namespace btgpu

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Host reference of stage 65, in double, rounded once. What is copied must be equal exactly; a computed value
-// must be equal within some tens of float roundings of the largest summand that goes into it, which the test
-// derives value by value (a velocity error may be a small difference of large velocities).
+// must be equal within some tens of float roundings of the largest summand that goes into it, which
+// checkPreparedContacts derives value by value (a velocity error may be a small difference of large velocities).
 #pragma once
 
 #include <vector>
@@ -10,6 +10,7 @@
 #include "../../kernels/shared/body.h"
 #include "../../kernels/shared/rows.h"
 #include "../../kernels/shared/step.h"
+#include "contract.h"
 
 namespace btgpu {
 
@@ -36,6 +37,10 @@ struct PrepareReference {
 // setupFrictionConstraint, setupTorsionalFrictionConstraint and applyAnisotropicFriction. A contact that
 // Bullet skips has a normal row of zeros and friction rows without meaning (zero here).
 void prepareContactsReference(const PrepareInput& in, PrepareReference& out);
+
+// `before`: the manifolds that the stage got.
+void checkPreparedContacts(Contract& contract, const PrepareInput& in, const std::vector<Manifold>& before,
+                           const PrepareReference& device, const PrepareReference& expected);
 
 // Index of float `field` of a slot in an array with `fields` floats a slot (rows.h).
 size_t rowIndex(size_t slot, size_t fields, size_t field);

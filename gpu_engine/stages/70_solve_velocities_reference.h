@@ -14,6 +14,7 @@
 #include "../../kernels/shared/joint.h"
 #include "../../kernels/shared/rows.h"
 #include "../../kernels/shared/step.h"
+#include "contract.h"
 
 namespace btgpu {
 
@@ -42,5 +43,10 @@ void solveVelocitiesReference(const StepParams& params, int iterations, const st
 // The same in double, rounded at the end.
 void solveVelocitiesExactly(const StepParams& params, int iterations, const std::vector<SlotHeader>& slots,
                             const std::vector<SolverMass>& masses, SolveReference& state);
+
+// `before`: as stage 65 left it; `device`: as stage 70 did.
+void checkSolvedVelocities(Contract& contract, const StepParams& params, int iterations,
+                           const std::vector<SlotHeader>& slots, const std::vector<SolverMass>& masses,
+                           const SolveReference& before, const SolveReference& device);
 
 }  // namespace btgpu

@@ -85,4 +85,54 @@ void integratePosesReference(const StepParams& params, const std::vector<BodySte
   }
 }
 
+namespace {
+
+constexpr double kRounding = 1.0 / 16777216;  // of one float operation, relative
+
+double sizeOf(float4 v) { return length(toVec(v)); }
+
+void checkPose(Contract& c, float timeStep, const SolverBody& solver, const BodyVelocity& velocity,
+               const BodyPose& device, const BodyPose& expected) {
+  const double moved = (sizeOf(velocity.linear) + sizeOf(solver.pushLinear)) * timeStep;
+  c.near("position", device.position, expected.position, 4 * kRounding * (sizeOf(expected.position) + 2 * moved));
+  c.same("position w", device.position.w, 0);
+  c.near("orientation x", device.orientation.x, expected.orientation.x, 1e-6);
+  c.near("orientation y", device.orientation.y, expected.orientation.y, 1e-6);
+  c.near("orientation z", device.orientation.z, expected.orientation.z, 1e-6);
+  c.near("orientation w", device.orientation.w, expected.orientation.w, 1e-6);
+}
+
+// Velocities that are not finite go in, and out only of what is in quarantine.
+void checkVelocity(Contract& c, const BodyStep& step, const SolverBody& solver, const BodyVelocity& before,
+                   const BodyVelocity& device, const BodyVelocity& expected) {
+  const double linear = sizeOf(before.linear) + sizeOf(step.linearVelocity) + sizeOf(step.externalLinear) +
+                        sizeOf(solver.deltaLinear);
+  const double angular = sizeOf(before.angular) + sizeOf(step.angularVelocity) + sizeOf(step.externalAngular) +
+                         sizeOf(solver.deltaAngular);
+  const bool finite = std::isfinite(linear) && std::isfinite(angular);
+  c.near("linear velocity", device.linear, expected.linear, finite ? 2 * kRounding * linear : 0);
+  c.near("angular velocity", device.angular, expected.angular, finite ? 2 * kRounding * angular : 0);
+  c.same("linear velocity w", device.linear.w, expected.linear.w);
+  c.same("angular velocity w", device.angular.w, expected.angular.w);
+}
+
+}  // namespace
+
+void checkIntegratedPoses(Contract& contract, const StepParams& params, const std::vector<BodyStep>& steps,
+                          const std::vector<SolverBody>& solverBodies, const PosesReference& before,
+                          const PosesReference& device, const PosesReference& expected) {
+  contract.sameArray("info of body", device.infos, expected.infos);
+  contract.same("bodies put into quarantine", device.quarantined, expected.quarantined);
+  for (size_t i = 0; i < expected.poses.size(); ++i) {
+    contract.at("body {}", i);
+    if (std::memcmp(&expected.poses[i], &before.poses[i], sizeof(BodyPose)) == 0) {
+      contract.require(std::memcmp(&device.poses[i], &before.poses[i], sizeof(BodyPose)) == 0, "pose as it was");
+    } else {
+      checkPose(contract, params.timeStep, solverBodies[i], expected.velocities[i], device.poses[i], expected.poses[i]);
+    }
+    checkVelocity(contract, steps[i], solverBodies[i], before.velocities[i], device.velocities[i],
+                  expected.velocities[i]);
+  }
+}
+
 }  // namespace btgpu

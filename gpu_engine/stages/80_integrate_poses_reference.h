@@ -10,6 +10,7 @@
 
 #include "../../kernels/shared/body.h"
 #include "../../kernels/shared/step.h"
+#include "contract.h"
 
 namespace btgpu {
 
@@ -26,5 +27,10 @@ struct PosesReference {
 void integratePosesReference(const StepParams& params, const std::vector<BodyStep>& steps,
                              const std::vector<SolverBody>& solverBodies, const std::vector<uint>& solved,
                              const std::vector<BodyActivation>& activations, PosesReference& state);
+
+// `before`: the state that the step started from.
+void checkIntegratedPoses(Contract& contract, const StepParams& params, const std::vector<BodyStep>& steps,
+                          const std::vector<SolverBody>& solverBodies, const PosesReference& before,
+                          const PosesReference& device, const PosesReference& expected);
 
 }  // namespace btgpu

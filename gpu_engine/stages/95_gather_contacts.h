@@ -9,7 +9,7 @@
 namespace btgpu {
 
 // The contacts that the host wants to see (StepSettings::contacts): those with points, in pair order. Reads keys and
-// manifolds. In two halves, since only the counters of the finished step tell how many there are.
+// manifolds; writes touching[] and fresh[]. In two halves, since only the counters of the finished step tell how many there are.
 class GatherContacts {
  public:
   explicit GatherContacts(ComputeDevice& device);
@@ -19,19 +19,17 @@ class GatherContacts {
   // After it: brings results.contactKeys and results.contacts, without waiting. The contacts stay until endReads(),
   // which has to come before the next step: on the CPU shape they are seen where the step has left them, since there a
   // copy is nothing but time.
-  void enqueueReads(Queue& queue, DeviceWorld& world, StepResults& results);
+  void enqueueReads(Queue& queue, DeviceWorld& world, StepResults& results, bool all);
   void endReads(Queue& queue) { m_view.unmap(queue); }
 
  private:
   Kernel m_mark, m_count, m_gatherKeys, m_gather;
   Compact m_compact;
   DeviceArray<uint> m_touchingFlags{"touching flags"}, m_freshFlags{"fresh flags"};
-  DeviceArray<uint> m_touching{"touching manifolds"}, m_fresh{"fresh manifolds"};
   DeviceArray<uint> m_touchingCount{"touching count"}, m_freshCount{"fresh count"};
   DeviceArray<ulong> m_keys{"contact keys"};
   DeviceArray<Manifold> m_contacts{"contacts", Placement::HostVisible};
   HostView<Manifold> m_view;  // of m_contacts, or of the world's manifolds
-  bool m_all = false;
 };
 
 }  // namespace btgpu

@@ -8,9 +8,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
+#include <cstring>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 #include "../../kernels/shared/types.h"
 #include "../step_results.h"
@@ -50,6 +52,16 @@ class Contract {
   void require(bool holds, const char* what) {
     if (!holds) note(what, 0, 1, 0);
   }
+  // Bit for bit, element by element; of a struct, the first word that differs is told as a number.
+  template <typename T>
+  void sameArray(const char* what, const std::vector<T>& device, const std::vector<T>& reference) {
+    at("{}", what);
+    same("count", static_cast<double>(device.size()), static_cast<double>(reference.size()));
+    for (size_t i = 0; ok() && i < reference.size(); ++i) {
+      if (std::memcmp(&device[i], &reference[i], sizeof(T)) != 0) noteElement(what, i, device[i], reference[i]);
+    }
+    at("");
+  }
   // A value that must be one of several, and lies this far from the nearest.
   void within(const char* what, double off, double limit) {
     if (!(off <= limit)) note(what, off, 0, limit);
@@ -60,6 +72,22 @@ class Contract {
   std::string text() const { return m_first ? textOf(*m_first) : std::string(); }
 
  private:
+  template <typename T>
+  void noteElement(const char* what, size_t i, const T& device, const T& reference) {
+    if constexpr (std::is_arithmetic_v<T>) {
+      at("{}", what);
+      note(fmt::format("{}", i).c_str(), static_cast<double>(device), static_cast<double>(reference), 0);
+    } else {
+      constexpr size_t kWords = sizeof(T) / sizeof(uint);
+      uint a[kWords], b[kWords];
+      std::memcpy(a, &device, sizeof a);
+      std::memcpy(b, &reference, sizeof b);
+      size_t k = 0;
+      while (k + 1 < kWords && a[k] == b[k]) ++k;
+      at("{} {}", what, i);
+      note(fmt::format("word {}", k).c_str(), a[k], b[k], 0);
+    }
+  }
   static bool same1(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
   static bool same3(float4 a, float4 b) { return same1(a.x, b.x) && same1(a.y, b.y) && same1(a.z, b.z); }
   void note(const char* what, double device, double reference, double limit) {

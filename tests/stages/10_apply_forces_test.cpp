@@ -54,7 +54,7 @@ class ApplyForcesTest : public DeviceTest {
     const auto steps = device(in, settings);
     const StepParams params = makeStepParams(settings, false);
     Contract contract("10_apply_forces");
-    checkAppliedForces(contract, params, steps, reference(in, params));
+    checkAppliedForces(contract, params, in.masses.values, steps, reference(in, params));
     EXPECT_TRUE(contract.ok()) << contract.text();
   }
 };

@@ -18,8 +18,7 @@
 namespace btgpu {
 namespace {
 
-// A coordinate is the sum of position, reach and threshold; the reach a sum of three products with matrix
-// entries that have some four roundings each: 16 half ulps of the largest of them.
+// As the contract (20_update_aabbs_reference.cpp), for what is compared with Bullet itself.
 constexpr float kTolerance = 1e-6f;
 
 struct Stage20Input {
@@ -76,27 +75,10 @@ class UpdateAabbsTest : public DeviceTest {
 
   UpdatedAabbs expectAsReference(const Stage20Input& in, const StepSettings& settings = {}) {
     const UpdatedAabbs actual = device(in, settings), expected = reference(in, settings);
-    EXPECT_EQ(actual.outOfBounds, expected.outOfBounds);
-    for (size_t i = 0; i < in.world.bodyCount; ++i) {
-      EXPECT_TRUE(sameBits(actual.activations[i], expected.activations[i])) << "activation of body " << i;
-      expectSame(actual.aabbs[i], expected.aabbs[i], i);
-    }
+    Contract contract("20_update_aabbs");
+    checkUpdatedAabbs(contract, actual, expected);
+    EXPECT_TRUE(contract.ok()) << contract.text();
     return actual;
-  }
-
-  static void expectSame(const Aabb& a, const Aabb& e, size_t i) {
-    const float lower[] = {a.lower.x, a.lower.y, a.lower.z}, upper[] = {a.upper.x, a.upper.y, a.upper.z};
-    const float wantedLower[] = {e.lower.x, e.lower.y, e.lower.z}, wantedUpper[] = {e.upper.x, e.upper.y, e.upper.z};
-    for (int k = 0; k < 3; ++k) {
-      expectSame(lower[k], wantedLower[k], std::fabs(wantedLower[k]) + std::fabs(wantedUpper[k]), i);
-      expectSame(upper[k], wantedUpper[k], std::fabs(wantedLower[k]) + std::fabs(wantedUpper[k]), i);
-    }
-    EXPECT_EQ(a.lower.w, 0) << i;
-    EXPECT_EQ(a.upper.w, 0) << i;
-  }
-  static void expectSame(float actual, float expected, float scale, size_t i) {
-    if (actual == expected) return;  // infinities too
-    EXPECT_NEAR(actual, expected, kTolerance * scale) << "AABB of body " << i;
   }
 };
 

@@ -44,22 +44,6 @@ struct Difference {
   }
 };
 
-Difference differenceOf(const SolveReference& a, const SolveReference& b) {
-  Difference d;
-  for (size_t i = 0; i < b.bodies.size(); ++i) {
-    const SolverBody &x = a.bodies[i], &y = b.bodies[i];
-    d.takeBody({x.deltaLinear - y.deltaLinear, x.deltaAngular - y.deltaAngular, x.pushLinear - y.pushLinear,
-                x.turnAngular - y.turnAngular});
-  }
-  for (size_t m = 0; m < b.manifolds.size(); ++m) {
-    for (int k = 0; k < b.manifolds[m].pointCount; ++k) {
-      d.takeImpulses(a.manifolds[m].points[k], b.manifolds[m].points[k]);
-    }
-  }
-  for (size_t r = 0; r < b.joints.impulses.size(); ++r) d.takeImpulse(a.joints.impulses[r] - b.joints.impulses[r]);
-  return d;
-}
-
 Difference sizeOf(const SolveReference& a) {
   Difference size;
   for (const SolverBody& b : a.bodies) size.takeBody(b);
@@ -68,18 +52,6 @@ Difference sizeOf(const SolveReference& a) {
   }
   for (const float impulse : a.joints.impulses) size.takeImpulse(impulse);
   return size;
-}
-
-// The rule of the reference's header. `noise`: what another float computation is off.
-void expectWithin(const Difference& error, const Difference& noise, const Difference& size) {
-  const auto check = [](double e, double n, double s, const char* what) {
-    EXPECT_LE(e, 8 * n + 8 * kRounding * s) << what << ", of a size of " << s;
-  };
-  check(error.linear, noise.linear, size.linear, "linear velocity");
-  check(error.angular, noise.angular, size.angular, "angular velocity");
-  check(error.push, noise.push, size.push, "push velocity");
-  check(error.turn, noise.turn, size.turn, "turn velocity");
-  check(error.impulse, noise.impulse, size.impulse, "impulse");
 }
 
 class SolveVelocitiesTest : public DeviceTest {
@@ -129,33 +101,10 @@ class SolveVelocitiesTest : public DeviceTest {
   Solved expectAsReference(const ContactScene& scene, const JointScene& joints = {},
                            const std::vector<uint>& asleep = {}) {
     const Solved s = solve(scene, joints, asleep);
-    SolveReference inFloat = s.before, exact = s.before;
-    solveVelocitiesReference(s.params, scene.settings.iterations, s.slots, s.masses, inFloat);
-    solveVelocitiesExactly(s.params, scene.settings.iterations, s.slots, s.masses, exact);
-    expectWithin(differenceOf(s.device, exact), differenceOf(inFloat, exact), sizeOf(exact));
-    expectOnlyImpulsesChanged(s);
+    Contract contract("70_solve_velocities");
+    checkSolvedVelocities(contract, s.params, scene.settings.iterations, s.slots, s.masses, s.before, s.device);
+    EXPECT_TRUE(contract.ok()) << contract.text();
     return s;
-  }
-
-  // Everything but the impulses must be as it was: rows, and of the points all but three w.
-  static void expectOnlyImpulsesChanged(const Solved& s) {
-    const auto impulse = [](size_t f) {
-      return f == ROW_NORMAL_IMPULSE || f == ROW_PUSH_IMPULSE || f == ROW_TANGENT1_IMPULSE;
-    };
-    for (size_t i = 0; i < s.before.rows.size(); ++i) {
-      if (impulse(i / BTGPU_LANES % POINT_FIELDS)) continue;
-      ASSERT_TRUE(sameBits(s.device.rows[i], s.before.rows[i])) << "float " << i << " of the rows";
-    }
-    for (size_t m = 0; m < s.before.manifolds.size(); ++m) {
-      Manifold now = s.device.manifolds[m];
-      const Manifold& was = s.before.manifolds[m];
-      for (int k = 0; k < MANIFOLD_POINTS; ++k) {
-        now.points[k].localPointB.w = was.points[k].localPointB.w;
-        now.points[k].normalWorldOnB.w = was.points[k].normalWorldOnB.w;
-        now.points[k].lateralFrictionDir1.w = was.points[k].lateralFrictionDir1.w;
-      }
-      ASSERT_TRUE(sameBits(now, was)) << "manifold " << m;
-    }
   }
 };
 

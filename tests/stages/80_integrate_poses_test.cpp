@@ -81,48 +81,11 @@ class IntegratePosesTest : public DeviceTest {
     PosesReference expected = was;
     integratePosesReference(makeStepParams(scene.settings, false), scene.steps, scene.solverBodies, scene.solved,
                             scene.builder.finish().activations.values, expected);
-    EXPECT_EQ(actual.quarantined, expected.quarantined);
-    for (uint i = 0; i < scene.bodyCount(); ++i) {
-      SCOPED_TRACE(i);
-      EXPECT_TRUE(sameBits(actual.infos[i], expected.infos[i]));
-      if (sameBits(expected.poses[i], was.poses[i])) {
-        EXPECT_TRUE(sameBits(actual.poses[i], was.poses[i])) << "should stay as it was";
-      } else {
-        expectPose(scene, i, actual.poses[i], expected);
-      }
-      expectVelocity(scene, i, was.velocities[i], actual.velocities[i], expected.velocities[i]);
-      if (HasFailure()) break;
-    }
+    Contract contract("80_integrate_poses");
+    checkIntegratedPoses(contract, makeStepParams(scene.settings, false), scene.steps, scene.solverBodies, was, actual,
+                         expected);
+    EXPECT_TRUE(contract.ok()) << contract.text();
     return actual;
-  }
-
-  // See the header of the reference.
-  static void expectPose(const PoseScene& scene, uint i, const BodyPose& actual, const PosesReference& expected) {
-    const float dt = scene.settings.timeStep;
-    const float moved = (length3(expected.velocities[i].linear) + length3(scene.solverBodies[i].pushLinear)) * dt;
-    const float size = length3(expected.poses[i].position) + 2 * moved;
-    EXPECT_LE(length3(actual.position - expected.poses[i].position), 4 * kRounding * size);
-    const float4 turn = actual.orientation - expected.poses[i].orientation;
-    for (const float c : {turn.x, turn.y, turn.z, turn.w}) EXPECT_LE(std::fabs(c), 1e-6f);
-    EXPECT_EQ(actual.position.w, 0);
-  }
-
-  static void expectVelocity(const PoseScene& scene, uint i, const BodyVelocity& was, const BodyVelocity& actual,
-                             const BodyVelocity& expected) {
-    const SolverBody& s = scene.solverBodies[i];
-    const BodyStep& step = scene.steps[i];
-    const float linear =
-        length3(was.linear) + length3(xyz(step.linearVelocity)) + length3(step.externalLinear) + length3(s.deltaLinear);
-    const float angular = length3(was.angular) + length3(xyz(step.angularVelocity)) + length3(step.externalAngular) +
-                          length3(s.deltaAngular);
-    if (!std::isfinite(linear) || !std::isfinite(angular)) {
-      EXPECT_TRUE(sameBits(actual, expected));
-      return;
-    }
-    EXPECT_LE(length3(actual.linear - expected.linear), 2 * kRounding * linear);
-    EXPECT_LE(length3(actual.angular - expected.angular), 2 * kRounding * angular);
-    EXPECT_EQ(actual.linear.w, 0);
-    EXPECT_EQ(actual.angular.w, 0);
   }
 };
 

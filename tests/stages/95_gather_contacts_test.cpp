@@ -52,7 +52,7 @@ class GatherContactsTest : public DeviceTest {
 
     StepResults results;
     results.counters = bench.counters();
-    stage.enqueueReads(queue(), w, results);
+    stage.enqueueReads(queue(), w, results, all);
     queue().finish();
 
     std::vector<ulong> keys;

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "arguments.h"
+#include "bisect.h"
 #include "btgpu_version.h"
 #include "bullet_file.h"
 #include "commands.h"
@@ -18,9 +19,9 @@ namespace btgpu::tool {
 namespace {
 
 struct CompareArguments {
-  std::string scene, size, device, json, report, stageHashes;
+  std::string scene, size, device, hostStages, json, report, stageHashes;
   int steps = 0;
-  bool hash = false, profile = false;
+  bool hash = false, profile = false, bisect = false;
 };
 
 // A world that gets no device says so itself, on stderr.
@@ -45,6 +46,16 @@ int reportComparison(const CompareArguments& arguments, const CompareResult& res
 void askForStageHashes(const std::string& file) {
   writeFile(file, "");
   ::setenv("BTGPU_STAGE_HASHES", file.c_str(), 1);
+int runBisection(const std::string& name, const Builder& build, CompareOptions options) {
+  BisectResult result;
+  {
+    ProgressBar bar(name, options.steps);
+    options.progress = [&bar](int done) { bar.show(done); };
+    result = bisect(name, build, options);
+  }
+  fmt::print("{}", toText(result));
+  std::fflush(stdout);
+  return result.pass() ? kAgreed : kFailed;
 }
 
 int runComparison(const CompareArguments& arguments, const std::string& name, const Builder& build,
@@ -55,8 +66,10 @@ int runComparison(const CompareArguments& arguments, const std::string& name, co
   options.timeStep = timeStep;
   options.steps = arguments.steps > 0 ? arguments.steps : defaultSteps;
   options.device = arguments.device;
+  options.hostStages = arguments.hostStages;
   options.profile = arguments.profile;
   options.report = !arguments.report.empty();
+  if (arguments.bisect) return runBisection(name, build, options);
   CompareResult result;
   {
     ProgressBar bar(name, options.steps);
@@ -101,6 +114,10 @@ Command addCompareCommand(CLI::App& tool) {
   comparison->add_option("--report", arguments->report, "write a page with plots and pictures to this HTML file")
       ->check(kNotEmpty);
   comparison->add_flag("--profile", arguments->profile, "time each stage by device events; slows btgpu's steps");
+  comparison->add_option("--host-stages", arguments->hostStages,
+                         "stages whose references run on the host in their place, as 30,70");
+  comparison->add_flag("--bisect", arguments->bisect,
+                       "find the first stage of the first step that is off its reference; nothing else is compared");
   comparison->add_flag("--hash", arguments->hash, "print a hash of every pose and velocity bit at the end");
   comparison
       ->add_option("--stage-hashes", arguments->stageHashes,
