@@ -4,7 +4,8 @@
 // (Jacobian and response of every row precomputed), so it is rounded otherwise. The solver has no bound on
 // how far rounding errors grow that would be of use, but it can be had in double as well: the device must be
 // off the double result by no more than eight times what the float reference is (largest errors over many
-// bodies, from equally many roundings of the same sizes in another order), or by a few roundings of the
+// bodies, from equally many roundings of the same sizes in another order; where rounding decides whether a friction row
+// is solved at all, what float references of rows one rounding off are), or by a few roundings of the
 // largest value where that is nothing.
 #pragma once
 
