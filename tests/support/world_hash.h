@@ -14,17 +14,17 @@ class WorldHash {
  public:
   // Adds poses, velocities and the state of sleep of all bodies.
   void add(const btCollisionWorld& world) {
-    for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
-      const btCollisionObject* o = world.getCollisionObjectArray()[i];
-      for (int row = 0; row < 3; ++row) add(o->getWorldTransform().getBasis()[row]);
-      add(o->getWorldTransform().getOrigin());
-      const btScalar sleep[] = {o->getDeactivationTime(), btScalar(o->getActivationState())};
-      addBytes(sleep, sizeof sleep);
-      const btRigidBody* body = btRigidBody::upcast(o);
-      if (!body) continue;
-      add(body->getLinearVelocity());
-      add(body->getAngularVelocity());
-    }
+    for (int i = 0; i < world.getNumCollisionObjects(); ++i) add(*world.getCollisionObjectArray()[i]);
+  }
+  void add(const btCollisionObject& o) {
+    for (int row = 0; row < 3; ++row) add(o.getWorldTransform().getBasis()[row]);
+    add(o.getWorldTransform().getOrigin());
+    const btScalar sleep[] = {o.getDeactivationTime(), btScalar(o.getActivationState())};
+    addBytes(sleep, sizeof sleep);
+    const btRigidBody* body = btRigidBody::upcast(&o);
+    if (!body) return;
+    add(body->getLinearVelocity());
+    add(body->getAngularVelocity());
   }
   std::uint64_t value() const { return m_value; }
 
