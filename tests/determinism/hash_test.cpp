@@ -4,6 +4,7 @@
 // velocities and sleep of all bodies after every one of the steps, so that a difference can't heal unseen.
 #include <gtest/gtest.h>
 
+#include <future>
 #include <sstream>
 
 #include "hashed_run.h"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr int kSteps = 300;
 const RunPlan kStack{"stack", {6, 6, 6}, kSteps};
+const RunPlan kShort{"stack", {3, 3, 3}, 30};
 const RunPlan kMixed{"mixed", {6, 6, 6}, kSteps};
 
 bool gpuShape() {
@@ -112,6 +114,21 @@ TEST(Determinism, CacheOfPrograms) {
   EXPECT_EQ(loaded.programsLoaded, built.programsBuilt);
   EXPECT_EQ(built.hash, stack().hash);
   EXPECT_EQ(loaded.hash, stack().hash);
+}
+
+// Eight processes build the same programs and write them to the same empty cache at once: each gets its bits, and what
+// they leave is whole (a program a step is saved).
+TEST(Determinism, CacheWrittenByManyProcessesAtOnce) {
+  const TemporaryFolder cache;
+  const std::string variable = "BTGPU_CACHE_DIR=" + cache.path().string();
+  std::vector<std::future<RunOutcome>> processes;
+  for (int i = 0; i < 8; ++i) {
+    processes.push_back(std::async(std::launch::async, [&] { return runElsewhere(kShort, {variable}); }));
+  }
+  for (auto& process : processes) EXPECT_EQ(process.get().hash, runHere(kShort).hash);
+  const RunOutcome after = runElsewhere(kShort, {variable});
+  EXPECT_EQ(after.programsBuilt, 0);
+  EXPECT_GT(after.programsLoaded, 0);
 }
 
 // An engine that has seen no body yet starts with room for 256 pairs, and steps that need more are done

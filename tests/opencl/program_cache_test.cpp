@@ -4,6 +4,9 @@
 // its own; "a second process" is a second ComputeDevice, which has a context and a program cache of its own.
 #include "gpu_engine/opencl/program_cache.h"
 
+#include <sys/resource.h>
+
+#include <csignal>
 #include <fstream>
 
 #include "gpu_engine/opencl/kernel_sources.h"
@@ -196,6 +199,41 @@ TEST_F(ProgramCacheTest, UnwritableDirectoryOnlyCostsTime) {
   expectStatistics(runProcess(), 1, 0, 0);
   expectStatistics(runProcess(), 1, 0, 0);
   EXPECT_EQ(readFile(file), "not a directory");
+}
+
+// While it lives no file can grow: what is written ends as on a full disk.
+class FullDisk {
+ public:
+  FullDisk() : m_handler(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &m_before);
+    rlimit none = m_before;
+    none.rlim_cur = 16;  // the beginning of an entry still fits
+    setrlimit(RLIMIT_FSIZE, &none);
+  }
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &m_before);
+    std::signal(SIGXFSZ, m_handler);
+  }
+
+ private:
+  void (*m_handler)(int);
+  rlimit m_before{};
+};
+
+// PoCL ends the process if its linker finds no room, so it has to have linked the program before.
+TEST_F(ProgramCacheTest, FullDiskOnlyCostsTime) {
+  runProcess();
+  std::filesystem::remove(entries().at(0));
+  for (int i = 0; i < 2; ++i) {
+    const auto fresh = freshDevice();
+    Fill fill(*fresh);
+    const FullDisk full;
+    saveAll(*fresh);
+    expectStatistics(fresh->programs().statistics(), 1, 0, 0);
+    EXPECT_TRUE(entries().empty()) << "half an entry was left";
+  }
+  expectStatistics(runProcess(), 1, 0, 0);
+  expectStatistics(runProcess(), 0, 1, 0);
 }
 
 // A directory where the entry should be: it can be neither read nor replaced.

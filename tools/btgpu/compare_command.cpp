@@ -46,6 +46,8 @@ int reportComparison(const CompareArguments& arguments, const CompareResult& res
 void askForStageHashes(const std::string& file) {
   writeFile(file, "");
   ::setenv("BTGPU_STAGE_HASHES", file.c_str(), 1);
+}
+
 int runBisection(const std::string& name, const Builder& build, CompareOptions options) {
   BisectResult result;
   {
