@@ -6,10 +6,11 @@
 // two axes are as good within that, the kernel may choose the other one.
 #pragma once
 
+#include <limits>
 #include <vector>
 
-#include "../world_input.h"
-#include "reference_maths.h"
+#include "contract.h"
+#include "pair_arrays.h"
 
 namespace btgpu {
 
@@ -39,10 +40,46 @@ struct ClosestCores {
   reference::Vec onA, onB;  // closest points of two cores that do not overlap
 };
 
-// Both in the same axes.
-ClosestCores closestCoresReference(const Polytope& a, const Polytope& b);
+// Both in the same axes. Of cores that are farther apart than `beyond` only that is told, as some separation.
+ClosestCores closestCoresReference(const Polytope& a, const Polytope& b,
+                                   double beyond = std::numeric_limits<double>::infinity());
 
 // The gap between the two along an axis from A to B; negative: overlap.
 double separationAlong(const Polytope& a, const Polytope& b, reference::Vec axis);
+
+// The cores of a pair in world axes, from A's position.
+struct PlacedCores {
+  Polytope a, b;
+  reference::Matrix rotationA;
+  double size;   // of both shapes, what the kernels' slacks are in proportion to
+  double reach;  // with the distance of their centres: no vertex of the one is farther from one of the other
+  double margins, threshold;                            // of both; how far apart surfaces may be for a contact
+  double limit() const { return margins + threshold; }  // how far apart cores may be
+};
+
+// Places the cores of pairs one after the other; a shape's features are made once.
+class CorePlacer {
+ public:
+  explicit CorePlacer(const PairArrays& in) : m_in(in), m_polytopes(in.shapes.size()) {}
+  PlacedCores place(const Pair& pair);
+
+ private:
+  const Polytope& polytopeAt(size_t shape);
+
+  const PairArrays& m_in;
+  std::vector<Polytope> m_polytopes;  // without vertices: not made yet
+};
+
+struct ClosestPairs {
+  std::vector<ClosestFeatures> closest;  // by position among the convex pairs
+  std::vector<uint> near;                // positions of those that may touch, ascending
+};
+
+// For all convex pairs; clears their contacts.
+ClosestPairs findClosestFeaturesReference(const PairArrays& in, std::vector<RawContacts>& contacts);
+
+// `before`: the candidates that the stage found there, which other pairs keep.
+void checkClosestFeatures(Contract& contract, const PairArrays& in, const ClosestPairs& device,
+                          const std::vector<RawContacts>& before, const std::vector<RawContacts>& contacts);
 
 }  // namespace btgpu

@@ -3,6 +3,7 @@
 #include "44_find_separating_axis_reference.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace btgpu {
 namespace {
@@ -70,19 +71,125 @@ SeparatingAxis separatingAxisReference(const Shape& a, const BodyPose& poseA, co
   return best;
 }
 
-SeparatingAxes findSeparatingAxesReference(const std::vector<uint>& bucketFirst, const std::vector<uint>& items,
-                                           const std::vector<Pair>& pairs, const std::vector<BodyInfo>& infos,
-                                           const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
-                                           std::vector<RawContacts>& contacts) {
+SeparatingAxes findSeparatingAxesReference(const PairArrays& in, std::vector<RawContacts>& contacts) {
   SeparatingAxes out;
-  for (uint n = bucketFirst[BUCKET_BOX_BOX]; n < bucketFirst[BUCKET_BOX_BOX + 1]; ++n) {
-    const Pair& p = pairs[items[n]];
-    const auto shapeOf = [&](uint body) { return shapes[static_cast<size_t>(infos[body].shapeIndex)]; };
-    out.axes.push_back(separatingAxisReference(shapeOf(p.bodyA), poses[p.bodyA], shapeOf(p.bodyB), poses[p.bodyB]));
-    if (out.axes.back().code >= 0) out.overlapping.push_back(n - bucketFirst[BUCKET_BOX_BOX]);
-    contacts[items[n]].count = 0;
+  const uint first = in.bucketFirst[BUCKET_BOX_BOX];
+  for (uint n = first; n < in.bucketFirst[BUCKET_BOX_BOX + 1]; ++n) {
+    const Pair& p = in.pairs[in.items[n]];
+    out.axes.push_back(
+        separatingAxisReference(in.shapeOf(p.bodyA), in.poses[p.bodyA], in.shapeOf(p.bodyB), in.poses[p.bodyB]));
+    if (out.axes.back().code >= 0) out.overlapping.push_back(n - first);
+    contacts[in.items[n]].count = 0;
   }
   return out;
+}
+
+// ---- the contract
+
+double boxPairSize(const Shape& a, const BodyPose& poseA, const Shape& b, const BodyPose& poseB) {
+  return length(toVec(poseB.position) - toVec(poseA.position)) + length(toVec(a.extents)) + length(toVec(b.extents));
+}
+
+double axisError(const AxisProjection& axis, size_t code, double size) {
+  if (code < 6) return kBoxTolerance * size;
+  return axis.sine > 0 ? (kBoxTolerance + kEdgeSlack) * size / axis.sine : 1e9;
+}
+
+bool isAmbiguousAxis(const AxisProjections& axes, double size) {
+  double best = -1e18, bestError = 0;
+  for (size_t code = 0; code < 15; ++code) {
+    if (axes[code].sine == 0) continue;
+    const double error = axisError(axes[code], code, size), weight = code < 6 ? 1 : kFacePreference;
+    if (std::fabs(axes[code].separation) <= error) return true;
+    if (axes[code].separation > 0) return false;
+    if (std::fabs(axes[code].separation * weight - best) <= error + bestError) return true;
+    if (axes[code].separation * weight <= best) continue;
+    best = axes[code].separation;
+    bestError = error;
+  }
+  return false;
+}
+
+namespace {
+
+// No axis is clearly better than the one of this code.
+void checkDepth(Contract& contract, const SeparatingAxis& s, const AxisProjections& axes, double size) {
+  const auto chosen = static_cast<size_t>(s.code);
+  const double error = axisError(axes[chosen], chosen, size), depth = s.normal.w;
+  contract.near("depth along its axis", depth, -axes[chosen].separation, error);
+  for (size_t code = 0; code < 15; ++code) {
+    if (axes[code].sine == 0) continue;
+    const double other = -axes[code].separation, limit = error + axisError(axes[code], code, size);
+    contract.within("how far they are apart along another axis", -other, limit);
+    // Faces are compared as they are, an edge must beat what it replaces by 5 %.
+    const double wanted = chosen < 6 && code < 6    ? other
+                          : chosen >= 6 && code < 6 ? other / kFacePreference
+                                                    : other * kFacePreference;
+    contract.within("how much deeper than along another axis", depth - wanted, limit);
+  }
+}
+
+// What must hold for any choice: no axis separates the boxes, none is clearly better, and the overlap and the direction
+// are those of the axis.
+void checkAxis(Contract& contract, const SeparatingAxis& s, const AxisProjections& axes, double size, Vec bFromA) {
+  contract.require(s.code >= -1 && s.code < 15, "code");
+  if (!contract.ok()) return;
+  if (s.code < 0) {
+    double least = INFINITY;
+    for (size_t code = 0; code < 15; ++code) {
+      if (axes[code].sine > 0) least = std::min(least, -axes[code].separation - axisError(axes[code], code, size));
+    }
+    return contract.within("overlap along every axis, which is none", least, 0);
+  }
+  const auto chosen = static_cast<size_t>(s.code);
+  const AxisProjection& axis = axes[chosen];
+  contract.require(axis.sine > 0, "an axis of parallel edges");
+  if (!contract.ok()) return;
+  checkDepth(contract, s, axes, size);
+  const Vec normal = toVec(s.normal);
+  const double along = dot(normal, axis.normal);
+  contract.near("length of the normal", length(normal), 1, kBoxTolerance);
+  contract.near("normal", s.normal, toFloat4(axis.normal * (along < 0 ? -1.0 : 1.0)), kBoxTolerance / axis.sine);
+  contract.within("how far the normal points from B to A", -dot(normal, bFromA), axisError(axis, chosen, size));
+}
+
+}  // namespace
+
+void checkSeparatingAxes(Contract& contract, const PairArrays& in, const SeparatingAxes& device,
+                         const std::vector<RawContacts>& before, const std::vector<RawContacts>& contacts) {
+  const uint first = in.bucketFirst[BUCKET_BOX_BOX];
+  const size_t count = in.bucketFirst[BUCKET_BOX_BOX + 1] - first;
+  contract.same("axes", static_cast<double>(device.axes.size()), static_cast<double>(count));
+  if (!contract.ok()) return;
+  std::vector<uint> overlapping;
+  for (uint position = 0; position < count; ++position) {
+    const uint i = in.items[first + position];
+    const Pair& p = in.pairs[i];
+    contract.at("pair {} (bodies {} and {}), position {}", i, p.bodyA, p.bodyB, position);
+    const Shape &a = in.shapeOf(p.bodyA), &b = in.shapeOf(p.bodyB);
+    const BodyPose &poseA = in.poses[p.bodyA], &poseB = in.poses[p.bodyB];
+    const AxisProjections axes = projectBoxes(a, poseA, b, poseB);
+    const double size = boxPairSize(a, poseA, b, poseB);
+    checkAxis(contract, device.axes[position], axes, size, in.bFromA(p));
+    if (!isAmbiguousAxis(axes, size)) {
+      contract.same("code", device.axes[position].code, separatingAxisReference(a, poseA, b, poseB).code);
+    }
+    if (device.axes[position].code >= 0) overlapping.push_back(position);
+  }
+  for (size_t n = 0; n < std::min(overlapping.size(), device.overlapping.size()); ++n) {
+    contract.at("overlapping pair {}", n);
+    contract.same("position", device.overlapping[n], overlapping[n]);
+  }
+  contract.at("overlapping pairs");
+  contract.same("count", static_cast<double>(device.overlapping.size()), static_cast<double>(overlapping.size()));
+  for (size_t i = 0; i < in.pairs.size(); ++i) {
+    contract.at("candidates of pair {}", i);
+    if (in.pairs[i].bucket == BUCKET_BOX_BOX) {
+      contract.same("count", contacts[i].count, 0);
+    } else {
+      contract.require(std::memcmp(&contacts[i], &before[i], sizeof(RawContacts)) == 0, "another stage's candidates");
+    }
+  }
 }
 
 }  // namespace btgpu

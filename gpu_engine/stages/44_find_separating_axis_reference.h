@@ -10,10 +10,8 @@
 #include <array>
 #include <vector>
 
-#include "../../kernels/shared/body.h"
-#include "../../kernels/shared/contact.h"
-#include "../../kernels/shared/shape.h"
-#include "reference_maths.h"
+#include "contract.h"
+#include "pair_arrays.h"
 
 namespace btgpu {
 
@@ -37,9 +35,30 @@ struct SeparatingAxes {
 };
 
 // For all box-box pairs, as `items` and `bucketFirst` list them; clears their contacts.
-SeparatingAxes findSeparatingAxesReference(const std::vector<uint>& bucketFirst, const std::vector<uint>& items,
-                                           const std::vector<Pair>& pairs, const std::vector<BodyInfo>& infos,
-                                           const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
-                                           std::vector<RawContacts>& contacts);
+SeparatingAxes findSeparatingAxesReference(const PairArrays& in, std::vector<RawContacts>& contacts);
+
+// ---- how exact the kernels are
+
+// A projection or a point is a sum of some 30 rounded products, none longer than the pair's size: distance of
+// the centres plus both half diagonals.
+constexpr double kBoxTolerance = 2e-6;
+double boxPairSize(const Shape& a, const BodyPose& poseA, const Shape& b, const BodyPose& poseB);
+
+// EDGE_SLACK in kernels/lib/box_box.h; Bullet's dBoxBox2 has the same.
+constexpr double kEdgeSlack = 1e-5;
+
+using AxisProjections = std::array<AxisProjection, 15>;
+
+// How far the kernel's separation along this axis may be off.
+double axisError(const AxisProjection& axis, size_t code, double size);
+
+// True if rounding may change the choice of the axis: some comparison on the way is closer than the errors of
+// its two sides.
+bool isAmbiguousAxis(const AxisProjections& axes, double size);
+
+// The axes by position in the box-box bucket; pairs without one that separates listed; no candidates left of box-box
+// pairs, and those of others as `before`.
+void checkSeparatingAxes(Contract& contract, const PairArrays& in, const SeparatingAxes& device,
+                         const std::vector<RawContacts>& before, const std::vector<RawContacts>& contacts);
 
 }  // namespace btgpu

@@ -8,10 +8,8 @@
 
 #include <vector>
 
-#include "../../kernels/shared/body.h"
-#include "../../kernels/shared/contact.h"
-#include "../../kernels/shared/shape.h"
-#include "reference_maths.h"
+#include "contract.h"
+#include "pair_arrays.h"
 
 namespace btgpu {
 
@@ -26,11 +24,17 @@ struct CandidatePoint {
 std::vector<CandidatePoint> clipBoxesReference(const Shape& a, const BodyPose& poseA, const Shape& b,
                                                const BodyPose& poseB, const SeparatingAxis& axis);
 
+// True if two faces of the incident box look equally much against the reference face, or two edges of a box
+// reach equally far along the normal: either may be taken.
+bool hasTwoFeatures(const BodyPose& poseA, const BodyPose& poseB, const SeparatingAxis& axis);
+
 // For the box-box pairs whose positions in the bucket `overlapping` lists: overwrites their contacts.
-void clipFacesReference(const std::vector<uint>& overlapping, const std::vector<uint>& bucketFirst,
-                        const std::vector<uint>& items, const std::vector<Pair>& pairs,
-                        const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
-                        const std::vector<BodyPose>& poses, const std::vector<SeparatingAxis>& axes,
-                        std::vector<RawContacts>& contacts);
+void clipFacesReference(const PairArrays& in, const std::vector<uint>& overlapping,
+                        const std::vector<SeparatingAxis>& axes, std::vector<RawContacts>& contacts);
+
+// `before`: the candidates that the stage found there, which pairs that are not listed keep.
+void checkClippedFaces(Contract& contract, const PairArrays& in, const std::vector<uint>& overlapping,
+                       const std::vector<SeparatingAxis>& axes, const std::vector<RawContacts>& before,
+                       const std::vector<RawContacts>& device);
 
 }  // namespace btgpu

@@ -16,10 +16,6 @@
 namespace btgpu {
 namespace {
 
-// A coordinate is a sum of rotated vectors that are no longer than the pair's size, with some 16 roundings on
-// the way.
-constexpr float kTolerance = 1e-6f;
-
 class CollidePrimitivesTest : public DeviceTest {
  protected:
   std::vector<RawContacts> device(const PairWorld& p, uint overflow = 0, uint shapeTypes = ~0u) {
@@ -33,54 +29,14 @@ class CollidePrimitivesTest : public DeviceTest {
     return contacts;
   }
 
-  static std::vector<RawContacts> reference(const PairWorld& p) {
+  std::vector<RawContacts> expectAsReference(const PairWorld& p) {
+    const auto actual = device(p);
     RawContacts poison;
     std::memset(static_cast<void*>(&poison), StageBench::kPoison, sizeof poison);
-    std::vector<RawContacts> contacts(p.pairs.size(), poison);
-    const WorldInput in = p.world.finish();
-    collidePrimitivesReference(p.pairs, in.infos.values, in.shapes.values, in.poses.values, p.oldManifolds, contacts);
-    return contacts;
-  }
-
-  std::vector<RawContacts> expectAsReference(const PairWorld& p) {
-    const auto actual = device(p), expected = reference(p);
-    for (size_t i = 0; i < p.pairs.size(); ++i) {
-      SCOPED_TRACE(i);
-      if (StageBench::isPoison(expected[i])) {
-        EXPECT_TRUE(StageBench::isPoison(actual[i]));  // another stage's bucket
-        continue;
-      }
-      const Pair& pair = p.pairs[i];
-      expectSame(actual[i], expected[i], p.shapeOf(pair.bodyA), p.shapeOf(pair.bodyB), p.bFromA(pair));
-    }
+    Contract contract("42_collide_primitives");
+    checkPrimitiveContacts(contract, arraysOf(p), std::vector<RawContacts>(p.pairs.size(), poison), actual);
+    EXPECT_TRUE(contract.ok()) << contract.text();
     return actual;
-  }
-
-  static void expectSame(const RawContacts& a, const RawContacts& e, const Shape& shapeA, const Shape& shapeB,
-                         float4 bFromA) {
-    ASSERT_EQ(a.count, e.count);
-    if (e.count == 0) return;
-    const float size = sizeOf(bFromA) + reachOf(shapeA) + reachOf(shapeB);
-    // The normal of sphere and box is a difference of points, divided by its length: it has their error.
-    float normalTolerance = kTolerance;
-    const bool capsules = shapeA.type == SHAPE_CAPSULE || shapeB.type == SHAPE_CAPSULE;
-    if (capsules && shapeB.type != SHAPE_PLANE) {
-      // That of two segments likewise; each point is known to its rounding over the sine between them (above 0.3 here).
-      normalTolerance += 4 * kTolerance * size / (e.points[0].w + shapeA.margin + shapeB.margin);
-    } else if (shapeA.type != shapeB.type && shapeB.type != SHAPE_PLANE) {
-      const Shape& sphere = shapeA.type == SHAPE_SPHERE ? shapeA : shapeB;
-      const float gap = e.points[0].w + sphere.extents.x + (shapeA.type == SHAPE_BOX ? shapeA : shapeB).margin;
-      if (gap > 0) normalTolerance += kTolerance * size / gap;
-    }
-    EXPECT_LE(sizeOf(a.normal - e.normal), normalTolerance);
-    EXPECT_EQ(a.normal.w, 0);
-    for (int k = 0; k < e.count; ++k) {
-      EXPECT_LE(sizeOf(a.points[k] - e.points[k]), kTolerance * size + normalTolerance * reachOf(shapeB)) << k;
-      EXPECT_NEAR(a.points[k].w, e.points[k].w, kTolerance * size) << k;
-    }
-  }
-  static float reachOf(const Shape& s) {
-    return s.type == SHAPE_PLANE ? std::fabs(s.extents.w) : sizeOf(xyzOf(s.extents));
   }
 
   size_t m_spare = 5;
@@ -221,7 +177,7 @@ TEST_F(CollidePrimitivesTest, HullsOnPlanesSmall) {
   const size_t above = p.add(drum, at(7, 1.57f, 0), floor, at(0, 0, 0));
   const size_t beam = p.add(p.world.hull({{-1, 0, 0, 0}, {1, 0, 0, 0}}), at(0, 1.035f, 0), floor, at(0, 0, 0));
   const size_t grain = p.add(p.world.hull({{0.25f, 0, 0, 0}}), at(0, 1.035f, 0), floor, at(0, 0, 0));
-  const auto raw = device(p);
+  const auto raw = expectAsReference(p);
   ASSERT_EQ(raw[flat].count, 4);
   for (int k = 0; k < 4; ++k) {
     EXPECT_NEAR(raw[flat].points[k].w, -0.01f, 1e-6f);

@@ -32,36 +32,21 @@ class FindClosestFeaturesTest : public DeviceTest {
   // Every pair against the reference. Returns how many were near.
   size_t expectAsReference(const PairWorld& p) {
     const Result r = device(p);
-    const WorldInput in = p.world.finish();
-    size_t near = 0;
-    for (const size_t i : convexOrder(p)) {
-      const size_t k = m_position++;
-      SCOPED_TRACE(testing::Message() << "pair " << i << ", position " << k);
-      EXPECT_EQ(r.contacts[i].count, 0);
-      const PairReference e = referenceOf(p, in, i);
-      const bool listed = near < r.near.size() && r.near[near] == k;
-      near += listed;
-      if (std::fabs(e.closest.separation - e.limit) > 2e-6 * e.size) {
-        EXPECT_EQ(listed, e.closest.separation < e.limit) << e.closest.separation << " " << e.limit;
-      }
-      if (!listed) continue;
-      // Header of the reference: 1e-5 of the size, and what float makes of it.
-      EXPECT_LE(std::fabs(r.closest[k].normal.w - e.closest.separation), 1.2e-5 * e.size);
-      const reference::Vec axis = e.rotationA * reference::toVec(r.closest[k].normal);
-      EXPECT_NEAR(length(axis), 1, 1e-5);
-      EXPECT_NEAR(separationAlong(e.a, e.b, axis), e.closest.separation, 6e-4 * e.size);
+    const PairArrays in = arraysOf(p);
+    ClosestPairs found{r.closest, r.near};
+    found.closest.resize(in.bucketFirst[BUCKET_LAST_CONVEX + 1] - in.bucketFirst[BUCKET_FIRST_CONVEX]);
+    RawContacts poison;
+    std::memset(static_cast<void*>(&poison), StageBench::kPoison, sizeof poison);
+    Contract contract("44_find_closest_features");
+    checkClosestFeatures(contract, in, found, std::vector<RawContacts>(p.pairs.size(), poison), r.contacts);
+    EXPECT_TRUE(contract.ok()) << contract.text();
+    for (size_t i = p.pairs.size(); i < r.contacts.size(); ++i) {
+      EXPECT_TRUE(StageBench::isPoison(r.contacts[i])) << i;
     }
-    EXPECT_EQ(near, r.near.size());
-    for (size_t i = 0; i < r.contacts.size(); ++i) {
-      const bool convex =
-          i < p.pairs.size() && p.pairs[i].bucket >= BUCKET_FIRST_CONVEX && p.pairs[i].bucket <= BUCKET_LAST_CONVEX;
-      if (!convex) { EXPECT_TRUE(StageBench::isPoison(r.contacts[i])) << i; }
-    }
-    m_position = 0;
-    return near;
+    return r.near.size();
   }
 
-  size_t m_spare = 0, m_position = 0;
+  size_t m_spare = 0;
 };
 
 // Not under Oclgrind: where work-groups call different functions, as here, its instruction counter

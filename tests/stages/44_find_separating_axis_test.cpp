@@ -16,39 +16,6 @@ namespace {
 using reference::dot;
 using reference::toVec;
 
-// What must hold for any choice: no axis separates the boxes, none is clearly better, and the overlap and the
-// direction are those of the axis.
-void expectValid(const SeparatingAxis& s, const AxisProjections& axes, double size, reference::Vec bFromA) {
-  double largest = -1e18, slack = 0;
-  for (size_t code = 0; code < 15; ++code) {
-    if (axes[code].separation <= largest) continue;
-    largest = axes[code].separation;
-    slack = axisError(axes[code], code, size);
-  }
-  if (s.code < 0) {
-    EXPECT_GT(largest, -slack) << "no axis separates these boxes";
-    return;
-  }
-  ASSERT_LT(s.code, 15);
-  const auto chosen = static_cast<size_t>(s.code);
-  const AxisProjection& axis = axes[chosen];
-  const double error = axisError(axis, chosen, size), depth = s.normal.w;
-  EXPECT_NEAR(depth, -axis.separation, error);
-  for (size_t code = 0; code < 15; ++code) {
-    if (axes[code].sine == 0) continue;
-    const double other = -axes[code].separation, limit = error + axisError(axes[code], code, size);
-    EXPECT_GE(other, -limit) << "axis " << code << " separates them";
-    // Faces are compared as they are, an edge must beat what it replaces by 5 %.
-    const double wanted = chosen < 6 && code < 6 ? other : chosen >= 6 && code < 6 ? other / 1.05 : other * 1.05;
-    EXPECT_LE(depth, wanted + limit) << "axis " << code << " is better than " << chosen;
-  }
-  const reference::Vec normal = toVec(s.normal);
-  EXPECT_NEAR(length(normal), 1, kBoxTolerance);
-  const double along = dot(normal, axis.normal);
-  EXPECT_LE(length(normal - axis.normal * (along < 0 ? -1.0 : 1.0)), kBoxTolerance / axis.sine);
-  EXPECT_GE(dot(normal, bFromA), -error) << "the normal points from B to A";
-}
-
 struct Outcome {
   SeparatingAxes result;
   std::vector<RawContacts> contacts;
@@ -91,33 +58,15 @@ class FindSeparatingAxisTest : public DeviceTest {
   // Returns how many pairs had more than one acceptable axis.
   size_t expectAsReference(const PairWorld& p, size_t spare = 5) {
     const Outcome out = device(p, spare);
-    size_t position = 0, ambiguous = 0;
-    std::vector<uint> overlapping;
-    for (size_t i = 0; i < p.pairs.size(); ++i) {
-      const Pair& pair = p.pairs[i];
-      RawContacts contacts = out.contacts[i];
-      if (pair.bucket != BUCKET_BOX_BOX) {
-        EXPECT_TRUE(StageBench::isPoison(contacts)) << i;
-        continue;
-      }
-      SCOPED_TRACE(i);
-      EXPECT_EQ(contacts.count, 0);
-      const SeparatingAxis& actual = out.result.axes[position];
-      const AxisProjections axes = projectionsOf(p, pair);
-      const double size = pairSize(p, pair);
-      expectValid(actual, axes, size, toVec(p.bFromA(pair)));
-      const SeparatingAxis expected = separatingAxisReference(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA),
-                                                              p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
-      if (isAmbiguousAxis(axes, size)) {
-        ++ambiguous;
-      } else {
-        EXPECT_EQ(actual.code, expected.code);
-      }
-      if (actual.code >= 0) overlapping.push_back(static_cast<uint>(position));
-      ++position;
-    }
-    EXPECT_EQ(out.result.overlapping, overlapping);
-    return ambiguous;
+    RawContacts poison;
+    std::memset(static_cast<void*>(&poison), StageBench::kPoison, sizeof poison);
+    Contract contract("44_find_separating_axis");
+    checkSeparatingAxes(contract, arraysOf(p), out.result, std::vector<RawContacts>(p.pairs.size(), poison),
+                        out.contacts);
+    EXPECT_TRUE(contract.ok()) << contract.text();
+    return static_cast<size_t>(std::count_if(p.pairs.begin(), p.pairs.end(), [&](const Pair& pair) {
+      return pair.bucket == BUCKET_BOX_BOX && isAmbiguousAxis(projectionsOf(p, pair), pairSize(p, pair));
+    }));
   }
 };
 

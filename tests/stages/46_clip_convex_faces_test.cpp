@@ -11,77 +11,37 @@
 namespace btgpu {
 namespace {
 
-using namespace reference;
-
 class ClipConvexFacesTest : public DeviceTest {
  protected:
-  // Stages 44 and 46 on the pairs; contacts by pair. The axes go to `closest`, by position.
-  std::vector<RawContacts> device(const PairWorld& p, std::vector<ClosestFeatures>* closest = nullptr,
-                                  uint overflow = 0) {
+  // Stages 44 and 46 on the pairs; contacts by pair. What 44 found goes to `found`.
+  std::vector<RawContacts> device(const PairWorld& p, ClosestPairs* found = nullptr, uint overflow = 0) {
     StageBench bench = benchForPairs(queue(), p, m_spare);
+    bench.poison(bench.world().contacts);
     bench.run<FindClosestFeatures>();
+    if (found) {
+      found->closest = bench.read(bench.world().closest);
+      found->near = bench.read(bench.world().nearPairs, bench.read(bench.world().nearCount, 1)[0]);
+      m_before = bench.read(bench.world().contacts, p.pairs.size());
+    }
     if (overflow) bench.poison(bench.world().contacts);
     bench.setOverflow(overflow);
     bench.run<ClipConvexFaces>();
-    if (closest) *closest = bench.read(bench.world().closest);
     return bench.read(bench.world().contacts, p.pairs.size());
   }
 
   void expectAsReference(const PairWorld& p) {
-    std::vector<ClosestFeatures> closest;
-    const auto contacts = device(p, &closest);
-    const WorldInput in = p.world.finish();
-    size_t position = 0;
-    for (const size_t i : convexOrder(p)) {
-      SCOPED_TRACE(testing::Message() << "pair " << i);
-      expectAsReference(p, in, i, contacts[i], closest[position++]);
+    ClosestPairs found;
+    const auto contacts = device(p, &found);
+    Contract contract("46_clip_convex_faces");
+    checkClippedConvexFaces(contract, arraysOf(p), found, m_before, contacts);
+    EXPECT_TRUE(contract.ok()) << contract.text();
+    m_touching = found.near.size();
+    for (size_t i = 0; i < contacts.size(); ++i) {
+      if (!StageBench::isPoison(contacts[i])) m_several += contacts[i].count > 1;
     }
   }
 
-  void expectAsReference(const PairWorld& p, const WorldInput& in, size_t i, const RawContacts& raw,
-                         const ClosestFeatures& c) {
-    const PairReference e = referenceOf(p, in, i);
-    const Shape &a = p.shapeOf(p.pairs[i].bodyA), &b = p.shapeOf(p.pairs[i].bodyB);
-    const double margins = double(a.margin) + b.margin, tolerance = 2e-5 * e.size;
-    if (e.closest.separation > e.limit - tolerance) return;
-    m_touching++;
-    ASSERT_GE(raw.count, 1);
-    ASSERT_LE(raw.count, 4);
-    const Vec axis = e.rotationA * toVec(c.normal);
-    EXPECT_LE(length(toVec(raw.normal) + axis), 1e-5) << "on B, towards A";
-    // The deepest last, as deep as the cores are.
-    for (int k = 0; k < raw.count; ++k) EXPECT_GE(raw.points[k].w, raw.points[raw.count - 1].w - tolerance);
-    EXPECT_NEAR(raw.points[raw.count - 1].w, e.closest.separation - margins, tolerance);
-    // Each is the closest point or a corner of the region in which the two faces lie over each other.
-    auto corners = regionCornersReference(e.a, e.b, axis, 0.9949);
-    corners.push_back({e.rotationA * toVec(c.onB), c.normal.w});
-    double farthest = 0;
-    for (int k = 0; k < raw.count; ++k) {
-      const Vec onB = toVec(raw.points[k]) + axis * b.margin;  // of the core
-      double nearest = INFINITY, gapError = 0;
-      for (const RegionCorner& corner : corners) {
-        if (length(corner.onB - onB) > nearest) continue;
-        nearest = length(corner.onB - onB);
-        gapError = std::fabs(corner.gap - margins - raw.points[k].w);
-      }
-      // A corner where sides nearly in line cross is known to its rounding over the sine of their angle.
-      EXPECT_LE(nearest, 2e-3 * e.size);
-      EXPECT_LE(gapError, 2e-4 * e.size);
-      farthest = std::max(farthest, length(toVec(raw.points[k]) - toVec(raw.points[raw.count - 1])));
-    }
-    // No corner that touches lies farther from the deepest point than the one chosen as the farthest.
-    const Vec deepest = toVec(raw.points[raw.count - 1]) + axis * b.margin;
-    for (const RegionCorner& corner : regionCornersReference(e.a, e.b, axis, 0.9951)) {
-      if (corner.gap > e.limit - tolerance) continue;
-      const Vec offset = corner.onB - deepest;
-      const double across = length(offset - axis * dot(offset, axis));
-      if (across < e.limit) continue;  // one with the deepest point
-      EXPECT_LE(across, farthest + 2e-3 * e.size)
-          << corner.gap << " sep " << e.closest.separation << " lim " << e.limit << " count " << raw.count;
-    }
-    m_several += raw.count > 1;
-  }
-
+  std::vector<RawContacts> m_before;
   size_t m_spare = 0, m_touching = 0, m_several = 0;
 };
 

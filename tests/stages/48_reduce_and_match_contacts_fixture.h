@@ -13,9 +13,6 @@
 
 namespace btgpu {
 
-// A point is a sum of some 30 rounded products, none longer than the pair's size.
-constexpr float kTolerance = 2e-6f;
-
 struct Stage48Input {
   PairWorld world;
   std::vector<RawContacts> contacts;  // one a pair
@@ -96,57 +93,13 @@ class MatchContactsTest : public DeviceTest {
     return manifolds;
   }
 
-  static std::vector<Manifold> reference(const Stage48Input& in) {
-    const WorldInput w = in.world.world.finish();
-    return matchContactsReference(in.world.pairs, in.contacts, in.world.oldManifolds, w.infos.values, w.shapes.values,
-                                  w.poses.values, w.materials.values, in.unseen);
-  }
-
   std::vector<Manifold> expectAsReference(const Stage48Input& in, size_t spare = 5) {
-    const auto actual = device(in, 0, spare), expected = reference(in);
-    for (size_t i = 0; i < actual.size(); ++i) {
-      SCOPED_TRACE(i);
-      expectSame(actual[i], expected[i], sizeOf(in.world.bFromA(in.world.pairs[i])));
-    }
+    const auto actual = device(in, 0, spare);
+    const MatchInput match{arraysOf(in.world), in.contacts, in.world.world.finish().materials.values, in.unseen};
+    Contract contract("48_reduce_and_match_contacts");
+    checkMatchedContacts(contract, match, actual);
+    EXPECT_TRUE(contract.ok()) << contract.text();
     return actual;
-  }
-
-  static void expectSame(const Manifold& a, const Manifold& e, float apart) {
-    EXPECT_EQ(a.bodyA, e.bodyA);
-    EXPECT_EQ(a.bodyB, e.bodyB);
-    EXPECT_EQ(a.bucket, e.bucket);
-    EXPECT_EQ(a.unseen, e.unseen);
-    EXPECT_EQ(a.breakingThreshold, e.breakingThreshold);
-    EXPECT_EQ(a.processingThreshold, e.processingThreshold);
-    ASSERT_EQ(a.pointCount, e.pointCount);
-    for (int k = 0; k < a.pointCount; ++k) {
-      SCOPED_TRACE(k);
-      expectSame(a.points[k], e.points[k],
-                 kTolerance * (apart + sizeOf(e.points[k].localPointA) + sizeOf(e.points[k].localPointB)));
-    }
-  }
-
-  static void expectSame(const ContactPoint& a, const ContactPoint& e, float error) {
-    EXPECT_LE(sizeOf(a.localPointA - e.localPointA), error);
-    EXPECT_LE(sizeOf(a.localPointB - e.localPointB), error);
-    EXPECT_NEAR(a.localPointA.w, e.localPointA.w, error);
-    EXPECT_LE(sizeOf(a.normalWorldOnB - e.normalWorldOnB), 0);
-    EXPECT_LE(sizeOf(a.lateralFrictionDir1 - e.lateralFrictionDir1), 1e-6f);
-    EXPECT_LE(sizeOf(a.lateralFrictionDir2 - e.lateralFrictionDir2), 1e-6f);
-    EXPECT_EQ(a.localPointB.w, e.localPointB.w);
-    EXPECT_EQ(a.normalWorldOnB.w, e.normalWorldOnB.w);
-    EXPECT_EQ(a.lateralFrictionDir1.w, e.lateralFrictionDir1.w);
-    EXPECT_EQ(a.lateralFrictionDir2.w, 0);
-    for (const auto& [actual, expected] : {std::pair{a.combined.x, e.combined.x},
-                                           {a.combined.y, e.combined.y},
-                                           {a.combined.z, e.combined.z},
-                                           {a.combined.w, e.combined.w},
-                                           {a.combinedStiffness, e.combinedStiffness},
-                                           {a.combinedDamping, e.combinedDamping}}) {
-      EXPECT_NEAR(actual, expected, 4e-7f * std::fabs(expected));  // three roundings
-    }
-    EXPECT_EQ(a.lifeTime, e.lifeTime);
-    EXPECT_EQ(a.flags, e.flags);
   }
 
   // Makes the result of a step the old manifolds of the next one, with impulses as if a solver had run.

@@ -84,31 +84,11 @@ PairWorld exactBoxPairs() {
 }
 
 double pairSize(const PairWorld& p, const Pair& pair) {
-  return sizeOf(p.bFromA(pair)) + sizeOf(p.shapeOf(pair.bodyA).extents) + sizeOf(p.shapeOf(pair.bodyB).extents);
+  return boxPairSize(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
 }
 
 AxisProjections projectionsOf(const PairWorld& p, const Pair& pair) {
   return projectBoxes(p.shapeOf(pair.bodyA), p.world.pose(pair.bodyA), p.shapeOf(pair.bodyB), p.world.pose(pair.bodyB));
-}
-
-double axisError(const AxisProjection& axis, size_t code, double size) {
-  if (code < 6) return kBoxTolerance * size;
-  return axis.sine > 0 ? (kBoxTolerance + kEdgeSlack) * size / axis.sine : 1e9;
-}
-
-bool isAmbiguousAxis(const AxisProjections& axes, double size) {
-  double best = -1e18, bestError = 0;
-  for (size_t code = 0; code < 15; ++code) {
-    if (axes[code].sine == 0) continue;
-    const double error = axisError(axes[code], code, size), weight = code < 6 ? 1 : 1.05;
-    if (std::fabs(axes[code].separation) <= error) return true;
-    if (axes[code].separation > 0) return false;
-    if (std::fabs(axes[code].separation * weight - best) <= error + bestError) return true;
-    if (axes[code].separation * weight <= best) continue;
-    best = axes[code].separation;
-    bestError = error;
-  }
-  return false;
 }
 
 }  // namespace btgpu

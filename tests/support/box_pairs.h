@@ -44,24 +44,8 @@ enum ExactBoxPair {
   kExactBoxPairs
 };
 
-// ---- how exact the kernels are
-
-// A projection or a point is a sum of some 30 rounded products, none longer than the pair's size: distance of
-// the centres plus both half diagonals.
-constexpr double kBoxTolerance = 2e-6;
+// The contract's size of a pair (44_find_separating_axis_reference.h).
 double pairSize(const PairWorld& p, const Pair& pair);
-
-// EDGE_SLACK in kernels/lib/box_box.h; Bullet's dBoxBox2 has the same.
-constexpr double kEdgeSlack = 1e-5;
-
-using AxisProjections = std::array<AxisProjection, 15>;
 AxisProjections projectionsOf(const PairWorld& p, const Pair& pair);
-
-// How far the kernel's separation along this axis may be off.
-double axisError(const AxisProjection& axis, size_t code, double size);
-
-// True if rounding may change the choice of the axis: some comparison on the way is closer than the errors of
-// its two sides.
-bool isAmbiguousAxis(const AxisProjections& axes, double size);
 
 }  // namespace btgpu

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "gpu_engine/stages/pair_arrays.h"
 #include "tests/support/stage_bench.h"
 #include "tests/support/world_builder.h"
 
@@ -61,6 +62,19 @@ struct PairWorld {
   const Shape& shapeOf(uint body) const { return world.shape(world.info(body).shapeIndex); }
   float4 bFromA(const Pair& p) const { return world.pose(p.bodyB).position - world.pose(p.bodyA).position; }
 };
+
+// As the stages' contracts take it; pairs are listed bucket by bucket as stage 35 does.
+inline PairArrays arraysOf(const PairWorld& p) {
+  const WorldInput in = p.world.finish();
+  PairArrays out{p.pairs, in.infos.values, in.shapes.values, in.poses.values, p.oldManifolds, {}, {}, in.hulls};
+  for (uint bucket = 0; bucket <= BUCKET_COUNT; ++bucket) {
+    out.bucketFirst.push_back(static_cast<uint>(out.items.size()));
+    for (uint i = 0; i < p.pairs.size(); ++i) {
+      if (p.pairs[i].bucket == bucket) out.items.push_back(i);
+    }
+  }
+  return out;
+}
 
 // The pairs and the last step's manifolds on the device, with room for `spare` more pairs.
 inline StageBench benchForPairs(Queue& queue, const PairWorld& p, size_t spare = 0) {
