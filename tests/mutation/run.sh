@@ -10,7 +10,7 @@
 # Faults in kernels need no build (BTGPU_KERNEL_DIR); those in host code are built in build/mutation.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-root=$PWD build=${BTGPU_BUILD:-$PWD/build/ci} steps=${BTGPU_MUTATION_STEPS:-120}
+root=$PWD build=${BTGPU_BUILD:-$PWD/build/ci} steps=${BTGPU_MUTATION_STEPS:-90}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 # The kernels of a GPU: one body each, where those of a CPU have a second one for whole blocks.
