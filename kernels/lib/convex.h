@@ -15,6 +15,9 @@ BTGPU_BEGIN
 
 #define GJK_ITERATIONS 64
 #define GJK_ACCURACY 1e-7f  // of the squared distance
+#define GJK_STALLS 4              // steps that may bring no nearer point
+#define GJK_STALL_GAP 1e-4f       // ... where the bound is farther below the distance, both squared, than this share
+#define GJK_STALL_LENGTH 1.000001f
 #define CORES_TOUCH 1e-5f   // of the pair's size: nearer cores give no direction in float
 #define FACE_AS_GOOD 1e-6f  // of the pair's size: a face's axis is taken if it separates the cores as far as this
 #define NEARLY_FACE 0.999f  // cosine between the axis found and a face's that may replace it
@@ -274,6 +277,7 @@ LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, R
   s.count = 1;
   float4 v = xyz(s.points[0]);
   float reachSqr = 0.0f;  // of the largest vertex met
+  int stalls = 0;
   for (int n = 0; n < GJK_ITERATIONS; ++n) {
     const float distanceSqr = lengthSqr3(v);
     reachSqr = fmax(reachSqr, lengthSqr3(s.points[s.count - 1]));
@@ -286,7 +290,13 @@ LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, R
     next.count += 1;
     float4 nearer;
     if (!nearestOnSimplex(&next, &nearer)) return CORES_OVERLAP;
-    if (!(lengthSqr3(nearer) < distanceSqr)) break;  // rounding allows no better
+    // Rounding allows no nearer point. Where the bound says that there is much to win yet, as between faces that are
+    // almost flat on each other, the axis still turns for the better while the length stands still.
+    if (!(lengthSqr3(nearer) < distanceSqr)) {
+      const int worthIt = distanceSqr - bound > GJK_STALL_GAP * distanceSqr;
+      const int still = lengthSqr3(nearer) <= distanceSqr * GJK_STALL_LENGTH;
+      if (!worthIt || !still || ++stalls > GJK_STALLS) break;
+    }
     s = next;
     v = nearer;
   }

@@ -33,7 +33,8 @@ STRUCT(StepParams) {
   float contactThreshold;     // gContactBreakingThreshold: AABBs grow by it
   float deactivationTime;     // gDeactivationTime
   uint hostManifoldCount;     // manifolds of the host behind those of the pairs
-  uint unused[2];
+  float leastSlipSqr;         // speed of a slip, squared, above which it gives friction its direction (SIMD_EPSILON)
+  uint unused;
 };
 
 // Bits of StepCounters.overflow: what was too small. Every later kernel of the step returns at once, and the

@@ -27,7 +27,7 @@ check() {  # BUILD
   env "${environment[@]}" BTGPU_CROSSCHECK=1 BTGPU_CROSSCHECK_FILE="$lines" "$1/tests/mutation_yard" "$steps" \
     >"$work/out" 2>"$log"
   grep -qx "deviceSteps $steps" "$work/out" || { cat "$work/out" "$log" >&2; return 1; }
-  crosscheck=$(grep -m 1 '"failed":true' "$lines" | sed 's/.*"step":\([0-9]*\).*/step \1/' || true)
+  crosscheck=$(sed -n 's/.*"step":\([0-9]*\),"failed":true.*/step \1/p' "$lines" | head -n 1)
   [ -n "$crosscheck" ] || ! grep -q '"agreed":false' "$lines" || crosscheck="whole run"
   env "${environment[@]}" BTGPU_CHECK_STAGES=1 "$1/tests/mutation_yard" "$steps" >"$work/out" 2>"$log"
   found=$(sed -n 's/^btgpu: \(step [0-9]*, .*\)/\1/p' "$log" | head -n 1)
