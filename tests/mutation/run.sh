@@ -35,14 +35,15 @@ check() {  # BUILD
 }
 
 # A build of the sources with the fault in host code.
-host_build() {  # FAULT
+host_build() {  # FAULT [TEST]
   local tree="$root/build/mutation/tree"
   mkdir -p "$tree"
   git ls-files --cached --others --exclude-standard -z | xargs -0 cp --parents -t "$tree" --update
   patch -d "$tree" -p1 -s <"tests/mutation/faults/$1.patch"
   local result=0
   { [ -f "$tree/../build.ninja" ] || cmake -S "$tree" -B "$tree/.." --preset ci; } >"$work/build.log" 2>&1 &&
-    cmake --build "$tree/.." --target mutation_yard btgpu_engine >>"$work/build.log" 2>&1 || result=1
+    cmake --build "$tree/.." --target mutation_yard btgpu_engine ${2:+"test_${2/\//_}"} >>"$work/build.log" 2>&1 ||
+    result=1
   # The next fault starts from the unchanged files.
   patch -d "$tree" -p1 -s -R <"tests/mutation/faults/$1.patch"
   [ $result = 0 ] || tail -n 20 "$work/build.log" >&2
@@ -60,13 +61,13 @@ try() {  # FAULT
     cp -r kernels "$work/kernels"
     patch -d "$work" -p1 -s <"tests/mutation/faults/$fault.patch"
   else
-    host_build "$fault" || { failed=1; row "$fault" "" "" "does not build"; return; }
+    host_build "$fault" "$test" || { failed=1; row "$fault" "" "" "does not build"; return; }
     in="$root/build/mutation"
   fi
   check "$in" || { failed=1; row "$fault" "" "" "did not run"; return; }
   [ -z "$crosscheck" ] || by_crosscheck=$((by_crosscheck + 1))
-  if [ -n "$test" ] && ! BTGPU_KERNEL_DIR="$work" BTGPU_ENGINE="$build/lib/libbtgpu_engine.so" \
-    "$build/tests/test_${test/\//_}" >"$work/test.log" 2>&1; then
+  if [ -n "$test" ] && ! env ${wanted:+BTGPU_KERNEL_DIR="$work"} BTGPU_ENGINE="$in/lib/libbtgpu_engine.so" \
+    "$in/tests/test_${test/\//_}" >"$work/test.log" 2>&1; then
     verdict="found by the test $test"
   fi
   if [ -z "$crosscheck$stage$verdict" ]; then failed=1 verdict="NOT FOUND"; fi
