@@ -12,7 +12,7 @@ namespace btgpu {
 
 class RoomyWorld {
  public:
-  RoomyWorld(Queue& queue, const Capacities& room) : m_queue(queue), m_room(room), m_pipeline(queue.device()) {}
+  RoomyWorld(Queue& queue, const Capacities& room) : m_queue(queue), m_room(room), m_pipeline(queue.device(), m_noHostStages) {}
 
   // One step, as WorldEngine does it up to the point where it would look for an overflow.
   StepResults step(const WorldInput& input, const StepSettings& settings) {
@@ -73,6 +73,7 @@ class RoomyWorld {
 
   Queue& m_queue;
   Capacities m_room;
+  HostStages m_noHostStages{"", false};
   Pipeline m_pipeline;
   DeviceWorld m_world;
   State m_before, m_after;
