@@ -24,7 +24,6 @@ StepParams makeStepParams(const StepSettings& s, bool torsionRows) {
   p.sor = s.sor;
   p.restitutionVelocityThreshold = s.restitutionVelocityThreshold;
   p.maxGyroscopicForce = s.maxGyroscopicForce;
-  p.leastSlipSqr = s.leastSlipSqr;
   p.contactThreshold = s.contactBreakingThreshold;
   p.deactivationTime = s.deactivationTime;
   return p;

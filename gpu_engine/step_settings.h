@@ -23,7 +23,6 @@ struct StepSettings {
   bool frictionDirectionCaching = false;      // SOLVER_ENABLE_FRICTION_DIRECTION_CACHING
   bool velocityDependentFriction = true;      // not SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION
   bool interleaveContactAndFriction = false;  // SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS
-  float leastSlipSqr = 1.1920929e-7f;         // SIMD_EPSILON of the application's Bullet, which float64 has smaller
   float contactBreakingThreshold = 0.02f;     // gContactBreakingThreshold
   float deactivationTime = 2.0f;              // gDeactivationTime
   bool disableDeactivation = false;           // gDisableDeactivation
@@ -49,13 +48,13 @@ struct StepSettings {
 };
 
 inline bool operator==(const StepSettings& a, const StepSettings& b) {
-  static_assert(sizeof(StepSettings) == 80, "a new setting has to be compared below");
+  static_assert(sizeof(StepSettings) == 76, "a new setting has to be compared below");
   const auto all = [](const StepSettings& s) {
     return std::tie(s.timeStep, s.iterations, s.erp2, s.globalCfm, s.sor, s.splitImpulse,
                     s.splitImpulsePenetrationThreshold, s.splitImpulseTurnErp, s.linearSlop, s.warmStartingFactor,
                     s.restitutionVelocityThreshold, s.maxGyroscopicForce, s.warmStarting, s.twoFrictionDirections,
                     s.frictionDirectionCaching, s.velocityDependentFriction, s.interleaveContactAndFriction,
-                    s.leastSlipSqr, s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
+                    s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
                     s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts,
                     s.substepsToFollow);
   };

@@ -26,7 +26,6 @@ StepSettings readSettings(btDiscreteDynamicsWorld& world, btScalar timeStep) {
   s.frictionDirectionCaching = mode(SOLVER_ENABLE_FRICTION_DIRECTION_CACHING);
   s.velocityDependentFriction = !mode(SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
   s.interleaveContactAndFriction = mode(SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS);
-  s.leastSlipSqr = f(SIMD_EPSILON);
   s.contactBreakingThreshold = f(gContactBreakingThreshold);
   s.deactivationTime = f(gDeactivationTime);
   s.disableDeactivation = gDisableDeactivation;

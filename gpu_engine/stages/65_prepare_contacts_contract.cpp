@@ -20,6 +20,8 @@ constexpr double kVelocity = kArm + 11 * kRounding;
 // n . ((I (r x n)) x r): the arm twice, two cross products (3 each), a matrix (5), a dot product (5), sums
 // (4).
 constexpr double kCompliance = 2 * kArm + 20 * kRounding;
+// Speed of a slip that gives the friction its direction: the root of Bullet's SIMD_EPSILON in a float build.
+constexpr double kLeastSlip = 3.4526698e-4;
 // A direction through a body's axes and back: matrix (8) and product (5), twice, for both bodies.
 constexpr double kTurned = 52 * kRounding;
 
@@ -95,10 +97,9 @@ double directionLimit(const PrepareInput& in, const PointScale& s, const Manifol
                    toVec(b.externalLinear) - cross(toVec(b.angularVelocity) + toVec(b.externalAngular), rb);
   const Vec n = toVec(p.normalWorldOnB);
   const double lateral = length(slip - n * dot(n, slip)), error = 2 * kVelocity * s.velocity;
-  const double leastSlip = std::sqrt(double(in.params.leastSlipSqr));
   const double kept = kTurned + 16 * kRounding;
-  if ((in.params.flags & STEP_NO_VELOCITY_FRICTION) || lateral + error < leastSlip) return kept;
-  if (lateral - error < leastSlip) return std::numeric_limits<double>::infinity();
+  if ((in.params.flags & STEP_NO_VELOCITY_FRICTION) || lateral + error < kLeastSlip) return kept;
+  if (lateral - error < kLeastSlip) return std::numeric_limits<double>::infinity();
   return error / lateral + kept;
 }
 

@@ -109,7 +109,7 @@ void chooseDirections(const Contact& c) {
   const Vec velocity = velocityWithForces(c.a, c.ra) - velocityWithForces(c.b, c.rb);
   const Vec lateral = velocity - c.n * dot(velocity, c.n);
   Vec t1, t2 = toVec(p.lateralFrictionDir2);
-  if (!c.has(STEP_NO_VELOCITY_FRICTION) && dot(lateral, lateral) > c.params.leastSlipSqr) {
+  if (!c.has(STEP_NO_VELOCITY_FRICTION) && dot(lateral, lateral) > kEpsilon) {
     t1 = applyAnisotropic(c.a, c.b, BODY_ANISOTROPIC, lateral / length(lateral));
     if (two) {
       const Vec across = cross(t1, c.n);

@@ -179,13 +179,13 @@ WIDE void prepareNormalWide(StepParams s, const WideEnd* a, const WideEnd* b, co
 }
 
 // chooseTangents: the new first direction; where it is not that of the slip, the second one is noted in the manifold.
-WIDE Lanes3 chooseTangentWide(float leastSlipSqr, const WideEnd* a, const WideEnd* b, const WidePoint* p, Lanes3 ra, Lanes3 rb,
+WIDE Lanes3 chooseTangentWide(const WideEnd* a, const WideEnd* b, const WidePoint* p, Lanes3 ra, Lanes3 rb,
                               LaneMask solved, __global ContactPoint* first, const uint* manifold) {
   const Lanes3 n = xyzWide(p->normal);
   const Lanes3 slip = subtractWide(velocityWithForcesAtWide(a, ra), velocityWithForcesAtWide(b, rb));
   const Lanes3 lateral = subtractWide(slip, timesWide(n, dotWide(n, slip)));
   const Lanes speedSqr = dotWide(lateral, lateral), speed = sqrt(speedSqr);
-  const LaneMask slides = speedSqr > leastSlipSqr, rests = solved & ~slides;
+  const LaneMask slides = speedSqr > BTGPU_EPSILON, rests = solved & ~slides;
   Lanes3 t1;
   t1.x = pick(solved, lateral.x / speed, p->lateral.x);
   t1.y = pick(solved, lateral.y / speed, p->lateral.y);
@@ -211,7 +211,7 @@ WIDE void preparePointWide(StepParams s, const WideEnd* a, const WideEnd* b, Lan
   const Lanes3 rb = mulMatrixWide(b->rotation0, b->rotation1, b->rotation2, xyzWide(p.localB));
   const LaneMask solved = live & (p.localA.w <= threshold) & (a->pushed | b->pushed);
   prepareNormalWide(s, a, b, &p, ra, rb, solved, live, slot);
-  const Lanes3 t1 = chooseTangentWide(s.leastSlipSqr, a, b, &p, ra, rb, solved, first, manifold);
+  const Lanes3 t1 = chooseTangentWide(a, b, &p, ra, rb, solved, first, manifold);
   uint index[BTGPU_WIDE];
   vstore16(solved ? vload16(0, manifold) : (uint16)NO_INDEX, 0, index);
   scatterWide(&first->lateralFrictionDir1, MANIFOLD_STRIDE, index, t1, p.lateral.w);

@@ -33,8 +33,7 @@ STRUCT(StepParams) {
   float contactThreshold;     // gContactBreakingThreshold: AABBs grow by it
   float deactivationTime;     // gDeactivationTime
   uint hostManifoldCount;     // manifolds of the host behind those of the pairs
-  float leastSlipSqr;         // speed of a slip, squared, above which it gives friction its direction (SIMD_EPSILON)
-  uint unused;
+  uint unused[2];
 };
 
 // Bits of StepCounters.overflow: what was too small. Every later kernel of the step returns at once, and the

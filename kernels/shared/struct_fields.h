@@ -101,7 +101,7 @@
     FIELD(StepParams, warmStartingFactor) FIELD(StepParams, sor)                                            \
     FIELD(StepParams, restitutionVelocityThreshold) FIELD(StepParams, maxGyroscopicForce)                   \
     FIELD(StepParams, contactThreshold) FIELD(StepParams, deactivationTime)                                 \
-    FIELD(StepParams, hostManifoldCount) FIELD(StepParams, leastSlipSqr) FIELD(StepParams, unused)                                          \
+    FIELD(StepParams, hostManifoldCount) FIELD(StepParams, unused)                                          \
   SIZE(StepCounters, 64)                                                                                    \
     FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \

@@ -61,7 +61,7 @@ static void chooseTangents(StepParams s, End a, End b, float4 ra, float4 rb, Con
   const float4 lateral = xyz(slip - n * dot3(n, slip));
   const float speedSqr = lengthSqr3(lateral);
   float4 t1, t2;
-  if (!(s.flags & STEP_NO_VELOCITY_FRICTION) && speedSqr > s.leastSlipSqr) {
+  if (!(s.flags & STEP_NO_VELOCITY_FRICTION) && speedSqr > BTGPU_EPSILON) {
     t1 = scaleByFriction(BODY_ANISOTROPIC, a, b, lateral / sqrt(speedSqr));
     t2 = xyz(p->lateralFrictionDir2);
     if (s.flags & STEP_TWO_FRICTION) t2 = scaleByFriction(BODY_ANISOTROPIC, a, b, normalize3(cross3(t1, n)));
