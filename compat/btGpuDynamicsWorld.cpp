@@ -10,6 +10,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <tuple>
 
 #include "../translation/contacts.h"
 #include "../translation/read_settings.h"
@@ -267,8 +268,10 @@ btGpuDynamicsWorld::~btGpuDynamicsWorld() { btgpu::eraseState(this); }
 
 void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSettings& settings) {
   const auto state = btgpu::findState(world);
-  const bool sameEngine =
-      state->settings.m_device == settings.m_device && state->settings.m_profile == settings.m_profile;
+  const auto engineSettings = [](const btGpuSettings& s) {
+    return std::tie(s.m_device, s.m_profile, s.m_hostStages, s.m_checkStages);
+  };
+  const bool sameEngine = engineSettings(state->settings) == engineSettings(settings);
   state->settings = settings;
   state->crosscheck.reset();
   state->crosscheckAsked = false;

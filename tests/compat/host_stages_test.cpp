@@ -42,6 +42,7 @@ class Heap {
     }
     return *this;
   }
+  void configure(const btGpuSettings& settings) { btGpuDynamicsWorld::configure(&m_world.world, settings); }
   std::uint64_t hash() const { return m_hash.value(); }
   btGpuStatistics statistics() const { return m_world.world.statistics(); }
   std::string report() const { return reportText(m_world.world); }
@@ -98,6 +99,18 @@ TEST(HostStages, OthersGiveTheSameMotion) {
     EXPECT_EQ(heap.statistics().m_stockSteps, 0u) << stages << heap.report();
     EXPECT_EQ(heap.statistics().m_stageDifferences, 0u) << stages << ": " << heap.statistics().m_firstStageDifference;
   }
+}
+
+TEST(HostStages, TurnedOnByConfigure) {
+  const ChangedKernels kernels("stages/80_integrate_poses.cl", "if (dynamic && isActiveState",
+                               "if (i != 15 && dynamic && isActiveState");
+  const ScopedVariable variable("BTGPU_KERNEL_DIR", kernels.path());
+  Heap heap;
+  EXPECT_EQ(heap.run(2).statistics().m_stageDifferences, 0u) << "nobody asked";
+  btGpuSettings settings;
+  settings.m_checkStages = true;
+  heap.configure(settings);
+  EXPECT_EQ(heap.run(2).statistics().m_stageDifferences, 2u);
 }
 
 TEST(HostStages, UnknownStageIsSaid) {
