@@ -22,6 +22,7 @@
 
 using btgpu::Path;
 using btgpu::WorldState;
+using btgpu::Zone;
 
 namespace {
 
@@ -39,9 +40,10 @@ void sayNoEngine(const std::string& reason) { sayOnce(reason + "; the world goes
 // The engine of a world, created at its first step. Null if there is none to be had.
 btgpu::Engine* engineOf(WorldState& state) {
   if (state.engine || !state.engineError.empty()) return state.engine.get();
+  const btgpu::Zone zone("createEngine");
   btgpu::EngineSettings settings;
   settings.device = state.settings.m_device;
-  settings.profile = state.settings.m_profile;
+  settings.profile = state.settings.m_profile || state.zones.timesDevice();
   settings.hostStages = state.settings.m_hostStages;
   settings.checkStages = state.settings.m_checkStages;
   settings.bodyCapacity = static_cast<size_t>(btMax(0, state.settings.m_bodyCapacity));
@@ -59,6 +61,7 @@ btgpu::Engine* engineOf(WorldState& state) {
   } else {
     state.engineError.clear();
     state.statistics.m_device = state.engine->info().device;
+    state.zones.nameDevice(state.statistics.m_device);
   }
   return state.engine.get();
 }
@@ -237,13 +240,30 @@ bool btGpuDynamicsWorld::mayBatchSubsteps() {
          !overrides(this, &btGpuDynamicsWorld::synchronizeMotionStates);
 }
 
-void btGpuDynamicsWorld::applyGravity() { btgpu::applyGravityTo(m_nonStaticRigidBodies); }
+int btGpuDynamicsWorld::stepSimulation(btScalar timeStep, int maxSubSteps, btScalar fixedTimeStep) {
+  const auto state = btgpu::findState(this);
+  const btgpu::WorldScope scope(state->zones);
+  const Zone zone("stepSimulation");
+  return btDiscreteDynamicsWorld::stepSimulation(timeStep, maxSubSteps, fixedTimeStep);
+}
+
+void btGpuDynamicsWorld::synchronizeMotionStates() {
+  const Zone zone("synchronizeMotionStates");
+  btDiscreteDynamicsWorld::synchronizeMotionStates();
+}
+
+void btGpuDynamicsWorld::applyGravity() {
+  const Zone zone("applyGravity");
+  btgpu::applyGravityTo(m_nonStaticRigidBodies);
+}
 void btGpuDynamicsWorld::clearForces() {
+  const Zone zone("clearForces");
   btgpu::findState(this)->substeps.endStepSimulation();
   btgpu::clearForcesOf(m_nonStaticRigidBodies);
 }
 
 void btGpuDynamicsWorld::saveKinematicState(btScalar timeStep) {
+  const Zone zone("saveKinematicState");
   btgpu::findState(this)->substeps.startStepSimulation(double(timeStep));
   for (const int i : btgpu::awakeKinematicBodies(m_collisionObjects)) {
     if (i >= m_collisionObjects.size()) break;  // the motion state that was asked last took bodies out
@@ -268,10 +288,13 @@ btGpuDynamicsWorld::~btGpuDynamicsWorld() { btgpu::eraseState(this); }
 
 void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSettings& settings) {
   const auto state = btgpu::findState(world);
+  const auto hadProfile = state->zones.profile();
+  state->zones.useFile(settings.m_profileFile);
   const auto engineSettings = [](const btGpuSettings& s) {
     return std::tie(s.m_device, s.m_profile, s.m_hostStages, s.m_checkStages);
   };
-  const bool sameEngine = engineSettings(state->settings) == engineSettings(settings);
+  const bool sameEngine = engineSettings(state->settings) == engineSettings(settings) &&
+                          hadProfile == state->zones.profile();
   state->settings = settings;
   state->crosscheck.reset();
   state->crosscheckAsked = false;
@@ -313,9 +336,15 @@ std::vector<btGpuStageTime> btGpuDynamicsWorld::takeProfile() {
 }
 
 void btGpuDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
-  BT_PROFILE("internalSingleStepSimulation");
-  btgpu::findState(this)->substeps.startSubstep(double(timeStep));
-  if (m_internalPreTickCallback) (*m_internalPreTickCallback)(this, timeStep);
+  const auto state = btgpu::findState(this);
+  const btgpu::WorldScope scope(state->zones);
+  const Zone zone("internalSingleStepSimulation");
+  if (state->zones.profile()) state->zones.profile()->countStep();
+  state->substeps.startSubstep(double(timeStep));
+  if (m_internalPreTickCallback) {
+    const Zone callbackZone("preTickCallback");
+    (*m_internalPreTickCallback)(this, timeStep);
+  }
   if (!deviceStep(timeStep)) {
     stockStep(timeStep);
     return;
@@ -324,7 +353,10 @@ void btGpuDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
   const bool hostActivation = m_actions.size() > 0;
   updateActions(timeStep);
   if (hostActivation) updateActivationState(timeStep);
-  if (m_internalTickCallback) (*m_internalTickCallback)(this, timeStep);
+  if (m_internalTickCallback) {
+    const Zone callbackZone("tickCallback");
+    (*m_internalTickCallback)(this, timeStep);
+  }
 }
 
 // One step on the device, up to the point where stock has integrated the transforms. False if the stock path
@@ -385,11 +417,16 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
 
   const double reading = watch.lap();
   if (checked) {
+    const Zone zone("crosscheck");
     check->beforeStep(*this, state->reader, state->joints, *state->engine, state->lastPath == Path::Device,
                       state->results);
     watch.lap();
   }
-  btgpu::Status status = state->engine->beginStep(input, settings);
+  state->engine->setZoneSink(btgpu::currentZoneSink());
+  btgpu::Status status = [&] {
+    const Zone zone("beginStep");
+    return state->engine->beginStep(input, settings);
+  }();
   if (status == btgpu::Status::Ok) {
     // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the
     // solver.
@@ -400,7 +437,10 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
       throw;
     }
     state->statistics.m_deviceMs = watch.lap();
-    status = state->engine->finishStep(state->results);
+    {
+      const Zone zone("finishStep");
+      status = state->engine->finishStep(state->results);
+    }
     state->statistics.m_waitMs = watch.lap();
     state->statistics.m_deviceMs += state->statistics.m_waitMs;
   }
@@ -424,6 +464,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   state->statistics.m_translateMs = reading + watch.lap();
   state->lastPath = Path::Device;
   if (checked) {
+    const Zone zone("crosscheck");
     const btGpuCrosscheckStep step =
         check->afterStep(state->reader, state->joints, state->results, timeStep, !settings.hostActivation);
     const auto callback = state->settings.m_crosscheckCallback;
@@ -444,6 +485,7 @@ bool btGpuDynamicsWorld::findHostContacts(btScalar timeStep, bool hostPairsDone,
     return hostPairsDone;
   }
   if (!hostPairsDone) updateHostBroadphase(timeStep);
+  const Zone zone("hostContacts");
   state->hostContacts.find(*this, state->reader);
   // The callback may have changed bodies.
   if (gContactAddedCallback || gContactProcessedCallback) state->reader.read(*this, missing, state->fallbacks);
@@ -456,6 +498,7 @@ bool btGpuDynamicsWorld::findHostContacts(btScalar timeStep, bool hostPairsDone,
 void btGpuDynamicsWorld::catchUpContacts() {
   const auto state = btgpu::findState(this);
   if (!state->contactsBehind || !state->engine) return;
+  const Zone zone("catchUpContacts");
   std::vector<btgpu::Manifold> manifolds;
   if (state->engine->readManifolds(manifolds) != btgpu::Status::Ok) return;
   state->contactsBehind = false;
@@ -480,6 +523,7 @@ void btGpuDynamicsWorld::catchUpContacts() {
 // What stock's step does for the broadphase: AABBs that cover the predicted motion, then the overlapping
 // pairs.
 void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
+  const Zone zone("hostBroadphase");
   btgpu::predictTransforms(m_nonStaticRigidBodies, timeStep);
   if (overridesUpdateAabbs()) {
     updateAabbs();
@@ -501,6 +545,7 @@ void btGpuDynamicsWorld::giveIslandTags() {
 }
 
 void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
+  const Zone zone("stockStep");
   const auto state = btgpu::findState(this);
   if (state->contactsBehind && state->engine) {
     btgpu::FallbackList ignored;

@@ -94,6 +94,9 @@ struct btGpuSettings {
   bool m_stockOnly = false;
   /// Times each stage of the step by device events; slows the step.
   bool m_profile = false;
+  /// Times host zones and device stages and writes them to this file: a table if it ends in .csv, else a trace for
+  /// Perfetto (docs/profile.md). Empty: the environment variable BTGPU_PROFILE, if it is set. Slows the step.
+  std::string m_profileFile;
   /// Keeps each step's contacts for comparison (btgpu compare); slows the step.
   bool m_keepContacts = false;
   /// Numbers or names of stages, "30,70" (docs/bisect.md): their references run on the host in their place. Empty: the
@@ -184,6 +187,11 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   /// Stage times since the last call, in the order of the stages; empty unless btGpuSettings::m_profile is
   /// set.
   std::vector<btGpuStageTime> takeProfile();
+
+  /// As in the base class; a zone of the profile (docs/profile.md).
+  virtual int stepSimulation(btScalar timeStep, int maxSubSteps = 1,
+                             btScalar fixedTimeStep = btScalar(1.) / btScalar(60.)) override;
+  virtual void synchronizeMotionStates() override;
 
   /// As in the base class, on several threads.
   virtual void applyGravity() override;

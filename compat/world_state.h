@@ -18,6 +18,7 @@
 #include "../translation/world_loops.h"
 #include "btGpuDynamicsWorld.h"
 #include "crosscheck.h"
+#include "world_zones.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -64,6 +65,7 @@ class EngineRetry {
 
 struct WorldState {
   btGpuSettings settings;
+  WorldZones zones;                // before the engine, which sends some too
   const void* ownTable = nullptr;  // virtual table of btGpuDynamicsWorld itself
   WorldReader reader;
   ContactWriter contacts;

@@ -10,6 +10,7 @@
 #include "step_results.h"
 #include "step_settings.h"
 #include "world_input.h"
+#include "zone.h"
 
 namespace btgpu {
 
@@ -64,8 +65,9 @@ class Engine {
   virtual ~Engine() = default;
 
   // Takes over what changed in `input` and starts the step; returns while the device works. `input` must stay as
-  // it is until finishStep returns. If a call of OpenCL fails, here or in finishStep, the step is done again once. With StepSettings::substepsToFollow the device goes on with the next substep; that
-  // is thrown away if the next beginStep comes with changes or with other settings.
+  // it is until finishStep returns. If a call of OpenCL fails, here or in finishStep, the step is done again once. With
+  // StepSettings::substepsToFollow the device goes on with the next substep; that is thrown away if the next beginStep
+  // comes with changes or with other settings.
   virtual Status beginStep(const WorldInput& input, const StepSettings& settings) noexcept = 0;
   // Waits for the step that was begun and brings the results.
   virtual Status finishStep(StepResults& results) noexcept = 0;
@@ -78,6 +80,9 @@ class Engine {
 
   virtual EngineInfo info() const noexcept = 0;
   virtual std::vector<StageProfile> takeProfile() noexcept = 0;
+  // Where the zones of the calls that follow go, and the times of the launches, if the engine was made with profile;
+  // null: nowhere. It has to live until there is another one, or as long as the engine.
+  virtual void setZoneSink(ZoneSink* sink) noexcept = 0;
   // One line about the last status that was not Ok.
   virtual std::string lastError() const noexcept = 0;
 };

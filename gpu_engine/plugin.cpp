@@ -60,10 +60,15 @@ class PluginEngine final : public Engine {
   explicit PluginEngine(const EngineSettings& settings) : m_engine(settings) {}
 
   Status beginStep(const WorldInput& input, const StepSettings& settings) noexcept override {
+    const ZoneSinkScope scope(m_sink);
     return guarded(m_error, [&] { m_engine.begin(input, settings); });
   }
   Status finishStep(StepResults& results) noexcept override {
-    return guarded(m_error, [&] { m_engine.finish(results); });
+    const ZoneSinkScope scope(m_sink);
+    const Status status = guarded(m_error, [&] { m_engine.finish(results); });
+    std::string ignored;
+    guarded(ignored, [&] { m_engine.collectTimes(m_sink); });
+    return status;
   }
   Status readManifolds(std::vector<Manifold>& manifolds) noexcept override {
     return guarded(m_error, [&] { m_engine.readManifolds(manifolds); });
@@ -79,12 +84,14 @@ class PluginEngine final : public Engine {
   }
   std::vector<StageProfile> takeProfile() noexcept override {
     std::vector<StageProfile> profile;
-    guarded(m_error, [&] { profile = m_engine.takeProfile(); });
+    guarded(m_error, [&] { profile = m_engine.takeProfile(m_sink); });
     return profile;
   }
+  void setZoneSink(ZoneSink* sink) noexcept override { m_sink = sink; }
   std::string lastError() const noexcept override { return m_error; }
 
  private:
+  ZoneSink* m_sink = nullptr;
   WorldEngine m_engine;
   std::string m_error;
 };

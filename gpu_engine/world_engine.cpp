@@ -29,6 +29,18 @@ std::string fromEnvironment(const char* name) {
 
 size_t withSpare(uint needed) { return size_t{needed} + needed / 4; }
 
+// Zones a stage, closed in time also if launching one fails.
+class StageZones {
+ public:
+  explicit StageZones(Queue& queue) : m_queue(queue) {}
+  ~StageZones() { m_queue.leaveStages(); }
+  StageZones(const StageZones&) = delete;
+  StageZones& operator=(const StageZones&) = delete;
+
+ private:
+  Queue& m_queue;
+};
+
 }  // namespace
 
 WorldEngine::WorldEngine(const EngineSettings& settings)
@@ -102,16 +114,20 @@ void WorldEngine::start(const WorldInput& input, const StepSettings& settings) {
 
 void WorldEngine::launchCurrent(const WorldInput& input) {
   Flight& flight = m_flights[m_current];
-  makeRoom(input.bodyCount);
-  m_world->upload(m_queue, input);
-  if (!flight.settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
-  makeRoomFor(flight);
+  {
+    const Zone zone("upload");
+    makeRoom(input.bodyCount);
+    m_world->upload(m_queue, input);
+    if (!flight.settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
+    makeRoomFor(flight);
+  }
   enqueue(flight, false);
 }
 
 // After a failed call: waits until nothing runs any more, gives memory back if that was lacking, and sees to it that
 // all that the host knows comes again. Throws if the device does not do even that.
 void WorldEngine::recover(const OpenClError& error) {
+  const Zone zone("recover");
   m_recoveredFrom = error.what();
   m_queue.finish();
   if (m_ahead != Ahead::None) {
@@ -137,6 +153,7 @@ bool WorldEngine::adoptAhead(const WorldInput& input, const StepSettings& settin
 // The results of the last finished step are in place; its bodies come from the input once more.
 void WorldEngine::throwAheadAway() {
   if (m_ahead == Ahead::None) return;
+  const Zone zone("throwAheadAway");
   m_ahead = Ahead::None;
   m_queue.finish();
   m_world->forgetBodies(m_queue);
@@ -151,6 +168,7 @@ bool WorldEngine::mayRunAhead(const WorldInput& input) const {
 }
 
 void WorldEngine::runAhead() {
+  const Zone zone("launchAhead");
   const Flight& flight = m_flights[m_current];
   Flight& next = m_flights[1 - m_current];
   next.settings = flight.settings.following();
@@ -178,6 +196,7 @@ void WorldEngine::takeBackAhead() {
 }
 
 void WorldEngine::enqueue(Flight& flight, bool ahead) {
+  const Zone zone("launch");
   DeviceWorld& w = *m_world;
   const int launchesBefore = m_queue.launches();
   m_queue.enterStep(ahead ? m_begun : m_begun - 1);
@@ -185,14 +204,18 @@ void WorldEngine::enqueue(Flight& flight, bool ahead) {
   flight.params.front().hostManifoldCount = w.hostManifoldCount;
   if (flight.contactsUnseen) flight.params.front().flags |= STEP_CONTACTS_UNSEEN;
   w.params.copyFromHost(m_queue, flight.params, false);
-  if (ahead) {
-    m_pipeline.enqueueFollow(m_queue, w);
-  } else {
-    w.counters.copyFromHost(m_queue, m_noCounters, false);
+  {
+    const StageZones zones(m_queue);
+    if (ahead) {
+      m_pipeline.enqueueFollow(m_queue, w);
+    } else {
+      w.counters.copyFromHost(m_queue, m_noCounters, false);
+    }
+    if (w.bodyCount > 0) m_pipeline.enqueueStep(m_queue, w, flight.settings, m_traits);
   }
-  if (w.bodyCount > 0) m_pipeline.enqueueStep(m_queue, w, flight.settings, m_traits);
   m_queue.leaveStep();
   m_queue.flush();
+  const Zone readZone("enqueueReads");
   enqueueReads(flight);
   m_queue.flush();
   flight.launches = m_queue.launches() - launchesBefore;
@@ -219,6 +242,7 @@ void WorldEngine::enqueueReads(Flight& flight) {
 }
 
 void WorldEngine::await(const Flight& flight) {
+  const Zone zone("wait");
   if (m_ahead == Ahead::None) {
     m_queue.finish();
   } else {
@@ -249,6 +273,7 @@ void WorldEngine::finish(StepResults& results) {
   m_input = nullptr;
   results.recoveredFrom = m_recoveredFrom;
   results.differences = m_hostStages.takeDifferences();
+  const Zone zone("saveProgram");
   m_device->programs().saveNext();
 }
 
@@ -257,6 +282,7 @@ void WorldEngine::conclude(StepResults& results) {
   await(flight);
   results.launches = flight.launches;
   while (flight.counters[0].overflow != 0) {
+    const Zone zone("repeat");
     takeBackAhead();
     growAfterOverflow(flight.counters[0]);
     ++results.redos;
@@ -264,6 +290,7 @@ void WorldEngine::conclude(StepResults& results) {
     await(flight);
     results.launches += flight.launches;
   }
+  const Zone zone("download");
   copyResults(flight, results);
   adaptLaunches(results.counters);
   if (results.counters.quarantined > 0) takeBackAhead();
@@ -291,7 +318,11 @@ void WorldEngine::readContacts(StepResults& results) {
   results.contactKeys.clear();
   results.contacts = {};
   if (settings.sendsContacts() && m_world->bodyCount > 0) {
-    m_pipeline.enqueueContactReads(m_queue, *m_world, settings, results);
+    {
+      const StageZones zones(m_queue);
+      m_pipeline.enqueueContactReads(m_queue, *m_world, settings, results);
+    }
+    const Zone zone("waitForContacts");
     m_queue.finish();
   }
   const size_t all = settings.keepContacts ? pairs + hosts : 0;
@@ -352,9 +383,9 @@ EngineInfo WorldEngine::info() const {
   return info;
 }
 
-std::vector<StageProfile> WorldEngine::takeProfile() {
+std::vector<StageProfile> WorldEngine::takeProfile(ZoneSink* sink) {
   std::vector<StageProfile> profile;
-  for (const auto& t : m_queue.takeProfile()) profile.push_back({t.stage, t.milliseconds, t.launches});
+  for (const auto& t : m_queue.takeProfile(sink)) profile.push_back({t.stage, t.milliseconds, t.launches});
   return profile;
 }
 

@@ -33,7 +33,9 @@ class WorldEngine {
   void readManifolds(std::vector<Manifold>& manifolds);
   void reset();
   EngineInfo info() const;
-  std::vector<StageProfile> takeProfile();
+  std::vector<StageProfile> takeProfile(ZoneSink* sink);
+  // After a step; notes what is known of the times of its launches (Queue::collectTimes).
+  void collectTimes(ZoneSink* sink) { m_queue.collectTimes(sink, m_ahead == Ahead::None); }
 
  private:
   // One step under way, and the host's side of its transfers.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <mutex>
 
+#include "../gpu_engine/zone.h"
 #include "contacts.h"
 #include "host_contacts.h"
 #include "parallel.h"
@@ -57,6 +58,7 @@ void carryUserData(const Manifold& from, btPersistentManifold& manifold) {
 
 void ContactWriter::write(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results,
                           std::size_t others, bool dropParted) {
+  const Zone zone("writeBackContacts");
   // Manifolds that others made: a step on the stock path, or the application's own performDiscreteCollisionDetection.
   if (!m_known || reader.hostBodiesChanged() ||
       static_cast<std::size_t>(world.getDispatcher()->getNumManifolds()) != m_registry->alive() + others) {
@@ -88,6 +90,7 @@ void ContactWriter::takeOver(btDiscreteDynamicsWorld& world, const WorldReader& 
 
 // Both lists are sorted by key. Entries stay while their manifold lives, whether it has points or not.
 void ContactWriter::merge(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results) {
+  const Zone zone("mergeContacts");
   m_next.clear();
   std::size_t known = 0;
   std::uint32_t fresh = 0;
@@ -138,6 +141,7 @@ void fillFrom(const Manifold& from, const WorldReader& reader, btPersistentManif
 }  // namespace
 
 void ContactWriter::update(const WorldReader& reader, const StepResults& results) {
+  const Zone zone("fillManifolds");
   std::mutex mutex;
   std::vector<const Entry*> special;
   parallelFor(m_entries.size(), kGrain, [&](std::size_t first, std::size_t last) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "../gpu_engine/zone.h"
 #include "convert.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -71,6 +72,7 @@ Manifold readManifold(const btPersistentManifold& from, std::uint32_t bodyA, std
 }
 
 std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader) {
+  const Zone zone("readManifolds");
   std::vector<Manifold> manifolds;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& from = *dispatcher.getManifoldByIndexInternal(i);
@@ -127,6 +129,7 @@ btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject&
 }
 
 void writeManifolds(const std::vector<Manifold>& manifolds, const WorldReader& reader, btCollisionWorld& world) {
+  const Zone zone("writeManifolds");
   // A slot may hold another body by now than the manifold was made for.
   const auto& born = reader.input().born;
   const auto objectOf = [&](std::uint32_t slot) -> btCollisionObject* {

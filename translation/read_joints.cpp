@@ -8,6 +8,7 @@
 #include <cfloat>
 #include <cstring>
 
+#include "../gpu_engine/zone.h"
 #include "../kernels/lib/motion.h"
 #include "convert.h"
 #include "exact_type.h"
@@ -78,6 +79,7 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   for (int i = 0; i < world.getNumConstraints(); ++i) readJoint(*world.getConstraint(i), reader, missing);
   if (!missing.empty() || m_constraints.empty()) return;
 
+  const Zone zone("convertJoints");
   const btContactSolverInfo& info = world.getSolverInfo();
   DampedBodies damped(timeStep);
   damped.reserve(input.bodyCount);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "../gpu_engine/zone.h"
 #include "convert.h"
 #include "parallel.h"
 #include "read_bodies.h"
@@ -41,6 +42,7 @@ BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
 }  // namespace
 
 void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes) {
+  const Zone zone("readWorld");
   ++m_step;
   m_hostShares.clear();
   m_globalCallback = globalContactCallback();
@@ -73,6 +75,7 @@ void WorldReader::markIntegrated(const btAlignedObjectArray<btRigidBody*>& bodie
 // Objects are checked and their shapes noted on several threads, since it is waiting for memory that takes the time;
 // the table of shapes is kept by one.
 void WorldReader::readShapes(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+  const Zone zone("readShapes");
   const std::size_t count = m_order.size();
   m_orderShapes.assign(count, nullptr);
   m_orderShapeIndices.assign(count, -1);
@@ -91,6 +94,7 @@ void WorldReader::readShapes(btDiscreteDynamicsWorld& world, FallbackList& missi
 }
 
 void WorldReader::readObjects(FallbackList& missing, FallbackList& notes) {
+  const Zone zone("readBodies");
   m_changes.resize(std::max(m_changes.size(), chunkCount(m_order.size(), kChunk)));
   parallelChunks(m_order.size(), kChunk, [this](std::size_t chunk, std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) {
@@ -130,6 +134,7 @@ void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& no
 // Gives every object of the world its slot: objects that stayed keep theirs, slots of those that left become
 // free, then new ones get the lowest free slots in the order of the world's array.
 void WorldReader::findObjects(const btCollisionObjectArray& objects) {
+  const Zone zone("findObjects");
   const int count = objects.size();
   m_order.resize(static_cast<std::size_t>(count), kNoSlot);
   m_newObjects.clear();

@@ -4,6 +4,7 @@
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 
+#include "../gpu_engine/zone.h"
 #include "exact_type.h"
 #include "parallel.h"
 
@@ -85,6 +86,7 @@ AabbUpdater::Bounds AabbUpdater::boundsOf(const btCollisionWorld& world, btColli
 }
 
 void AabbUpdater::update(btCollisionWorld& world) {
+  const Zone zone("updateAabbs");
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   const auto count = static_cast<std::size_t>(objects.size());
   m_bounds.resize(count);

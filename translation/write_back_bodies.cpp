@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "../gpu_engine/zone.h"
 #include "convert.h"
 #include "parallel.h"
 
@@ -62,6 +63,7 @@ void writeBack(WorldReader& reader, const StepResults& results, btScalar timeSte
 }  // namespace
 
 void writeBackBodies(WorldReader& reader, const StepResults& results, btScalar timeStep) {
+  const Zone zone("writeBackBodies");
   parallelFor(reader.input().bodyCount, 512, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) writeBack(reader, results, timeStep, static_cast<std::uint32_t>(i));
   });

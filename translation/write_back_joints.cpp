@@ -5,6 +5,7 @@
 #include <cfloat>
 #include <cmath>
 
+#include "../gpu_engine/zone.h"
 #include "convert.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -44,6 +45,7 @@ void writeBackJoint(btTypedConstraint& constraint, const Joint& joint, const std
 
 void writeBackJoints(btDiscreteDynamicsWorld& world, const JointReader& joints, const WorldInput& input,
                      const StepResults& results, btScalar timeStep) {
+  const Zone zone("writeBackJoints");
   const std::vector<btTypedConstraint*>& constraints = joints.constraints();
   // A callback of the application may have taken joints out of the world while the device worked.
   const auto isInWorld = [&world](const btTypedConstraint* constraint, std::size_t i) {

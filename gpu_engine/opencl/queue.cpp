@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "error.h"
 
@@ -14,6 +15,7 @@ Queue::Queue(std::shared_ptr<ComputeDevice> device, bool profile) : m_device(std
   try {
     m_queue = cl::CommandQueue(m_device->context(), m_device->device(), profile ? CL_QUEUE_PROFILING_ENABLE : 0);
   } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), m_device->description().name); }
+  if (m_profile) m_clock.correlate(m_device->context(), m_queue);
 }
 
 void Queue::launch(const cl::Kernel& kernel, const std::string& name, Grid grid) {
@@ -23,7 +25,7 @@ void Queue::launch(const cl::Kernel& kernel, const std::string& name, Grid grid)
                                  m_profile ? &event : nullptr);
   } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "kernel " + name); }
   ++m_launches;
-  if (m_profile) m_timed.push_back({m_stage, event});
+  if (m_profile) m_timed.push_back({m_stage, name, event});
 }
 
 void Queue::write(const cl::Buffer& buffer, size_t offset, size_t bytes, const void* from, bool wait) {
@@ -91,20 +93,52 @@ void Queue::flush() {
   } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "in a step"); }
 }
 
-std::vector<StageTime> Queue::takeProfile() {
-  std::vector<StageTime> times;
-  if (m_timed.empty()) return times;
-  m_queue.finish();
-  for (const auto& timed : m_timed) {
-    auto it = std::find_if(times.begin(), times.end(), [&](const StageTime& t) { return t.stage == timed.stage; });
-    if (it == times.end()) it = times.insert(times.end(), {timed.stage, 0, 0});
-    const auto start = timed.event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
-    const auto end = timed.event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
-    it->milliseconds += static_cast<double>(end - start) * 1e-6;
-    ++it->launches;
+void Queue::note(const Timed& timed, const DeviceSlice& slice) {
+  auto it = std::find_if(m_times.begin(), m_times.end(), [&](const StageTime& t) { return t.stage == timed.stage; });
+  if (it == m_times.end()) it = m_times.insert(m_times.end(), {timed.stage, 0, 0});
+  it->milliseconds += static_cast<double>(slice.ended - slice.started) * 1e-6;
+  ++it->launches;
+}
+
+void Queue::collectTimes(ZoneSink* sink, bool idle) {
+  if (!m_profile) return;
+  const Zone zone("collectTimes");
+  if (idle && m_clock.isDue()) m_clock.correlate(m_device->context(), m_queue);
+  std::vector<DeviceSlice> slices;
+  size_t ended = 0, lost = 0;
+  for (; ended < m_timed.size(); ++ended) {
+    const Timed& timed = m_timed[ended];
+    // A step must not fail for its times.
+    try {
+      if (timed.event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() > CL_COMPLETE) break;
+      const auto time = [&](cl_profiling_info what) {
+        cl_ulong t = 0;
+        const cl_int error = clGetEventProfilingInfo(timed.event(), what, sizeof t, &t, nullptr);
+        if (error != CL_SUCCESS) throw cl::Error(error, "clGetEventProfilingInfo");
+        return m_clock.toHost(t);
+      };
+      const DeviceSlice slice{timed.stage,
+                              timed.kernel.c_str(),
+                              time(CL_PROFILING_COMMAND_QUEUED),
+                              time(CL_PROFILING_COMMAND_SUBMIT),
+                              time(CL_PROFILING_COMMAND_START),
+                              time(CL_PROFILING_COMMAND_END)};
+      note(timed, slice);
+      slices.push_back(slice);
+    } catch (const cl::Error&) { ++lost; }
   }
-  m_timed.clear();
-  return times;
+  if (!m_clock.isKnown()) {
+    lost += slices.size();
+    slices.clear();
+  }
+  if (sink && ended > 0) sink->add({slices.data(), slices.size(), m_clock.accuracy(), lost});
+  m_timed.erase(m_timed.begin(), m_timed.begin() + static_cast<std::ptrdiff_t>(ended));
+}
+
+std::vector<StageTime> Queue::takeProfile(ZoneSink* sink) {
+  if (m_profile) m_queue.finish();
+  collectTimes(sink, true);
+  return std::exchange(m_times, {});
 }
 
 }  // namespace btgpu

@@ -2,12 +2,16 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "../zone.h"
 #include "cl.h"
 #include "compute_device.h"
+#include "device_clock.h"
 #include "recorder.h"
 
 namespace btgpu {
@@ -33,7 +37,12 @@ class Queue {
   void enterStage(const char* stage) {
     m_stage = stage;
     if (m_recorder) m_recorder->enterStage(*this, stage);
+    if (!currentZoneSink()) return;
+    m_stageZone.reset();
+    m_stageZone.emplace(stage);
   }
+  // After the last stage of a step.
+  void leaveStages() { m_stageZone.reset(); }
   // For recorders: between these two lies the step with this number.
   void enterStep(long step) {
     if (m_recorder) m_recorder->enterStep(*this, step);
@@ -60,19 +69,27 @@ class Queue {
   int launches() const { return m_launches; }
   int waits() const { return m_waits; }
 
+  // With profiling, notes the times of the launches that have ended, and hands them to `sink` too, which may be null.
+  // idle: nothing runs, so that the device's clock may be looked at.
+  void collectTimes(ZoneSink* sink, bool idle);
   // Times since the last call, in order of first launch. Waits for the queue. Empty without profiling.
-  std::vector<StageTime> takeProfile();
+  std::vector<StageTime> takeProfile(ZoneSink* sink);
 
  private:
   struct Timed {
     const char* stage;
+    std::string kernel;
     cl::Event event;
   };
+  void note(const Timed& timed, const DeviceSlice& slice);
   std::shared_ptr<ComputeDevice> m_device;
   cl::CommandQueue m_queue;
   bool m_profile;
   const char* m_stage = "";
-  std::vector<Timed> m_timed;
+  std::optional<Zone> m_stageZone;
+  std::deque<Timed> m_timed;  // launches whose times are not noted yet
+  std::vector<StageTime> m_times;
+  DeviceClock m_clock;
   std::unique_ptr<Recorder> m_recorder;
   int m_launches = 0, m_waits = 0;
 };

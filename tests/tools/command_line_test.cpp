@@ -388,6 +388,44 @@ TEST(CommandLine, ProfileNamesTheStages) {
   EXPECT_TRUE(contains(run.out, "70_solve_velocities")) << run.out;
 }
 
+TEST(CommandLine, ProfileTellsZonesAndStages) {
+  const TemporaryFolder folder;
+  const std::string trace = folder.file("trace.json"), csv = folder.file("table.csv");
+  const Finished run = tool({"profile", "--scene", "stack", "--size", "2,3,2", "--steps", "8", "--warm-up", "2",
+                             "--trace", trace, "--csv", csv});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  for (const char* part :
+       {"stack: 13 bodies, 8 steps after 2 to warm up, ", "\nstepSimulation                                      8 ",
+        "\n      launch ", "\n70_solve_velocities ", "\n  integratePoses ", "100.0 %",
+        "device times lie on the host's axis to within "}) {
+    EXPECT_TRUE(contains(run.out, part)) << part << "\n" << run.out;
+  }
+  EXPECT_FALSE(contains(run.out, "createEngine")) << "that was before\n" << run.out;
+  EXPECT_FALSE(contains(run.out, "not in the trace")) << run.out;
+  EXPECT_GT(json::parse(readFile(trace)).at("traceEvents").size(), 8u * 30u);
+  EXPECT_EQ(readFile(csv).rfind("row,path,", 0), 0u);
+}
+
+TEST(CommandLine, ProfileOfTheHostAlone) {
+  const Finished run = tool({"profile", "--size", "2,2,2", "--steps", "3", "--host-only"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_TRUE(contains(run.out, "\n        70_solve_velocities ")) << run.out;
+  EXPECT_FALSE(contains(run.out, "collectTimes")) << run.out;
+  EXPECT_FALSE(contains(run.out, "device stage")) << run.out;
+}
+
+TEST(CommandLine, ProfileRefusesWhatItCannotDo) {
+  for (const Arguments& arguments :
+       {Arguments{"profile", "--scene", "nosuch"}, Arguments{"profile", "--steps", "0"},
+        Arguments{"profile", "--scene", kSample, "--size", "1,1,1"},
+        Arguments{"profile", "--size", "1,1,1", "--steps", "1", "--trace", "/no/where.json"}}) {
+    const Finished run = tool(arguments);
+    EXPECT_EQ(run.exitCode, 2) << run.err;
+    EXPECT_EQ(run.errLines().size(), 1u) << run.err;
+  }
+}
+
 TEST(CommandLine, FloatFile) {
   const Finished run = tool({"compare", kSample, "--steps", "20"});
   EXPECT_EQ(run.exitCode, 0) << run.out;

@@ -25,7 +25,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", BTGPU_VERSION);
   app.require_subcommand(1);
   const std::vector<Command> commands = {addInfoCommand(app),       addScenesCommand(app), addCompareCommand(app),
-                                         addCrosscheckCommand(app), addBenchCommand(app),  addReplayCommand(app)};
+                                         addCrosscheckCommand(app), addBenchCommand(app),  addReplayCommand(app),
+                                         addProfileCommand(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
