@@ -46,6 +46,7 @@ btgpu::Engine* engineOf(WorldState& state) {
   settings.profile = state.settings.m_profile || state.zones.timesDevice();
   settings.hostStages = state.settings.m_hostStages;
   settings.checkStages = state.settings.m_checkStages;
+  settings.debugKernels = state.settings.m_debugKernels;
   settings.bodyCapacity = static_cast<size_t>(btMax(0, state.settings.m_bodyCapacity));
   settings.pairCapacity = static_cast<size_t>(btMax(0, state.settings.m_pairCapacity));
   using btgpu::Status;
@@ -144,6 +145,11 @@ void keepStatistics(WorldState& state) {
   if (!state.results.recoveredFrom.empty()) {
     ++s.m_recoveredSteps;
     sayOnce(state.results.recoveredFrom + "; the step was done again");
+  }
+  if (state.results.failedAssertions > 0) {
+    sayOnce(state.results.firstAssertion);
+    if (s.m_failedAssertions == 0) s.m_firstAssertion = state.results.firstAssertion;
+    s.m_failedAssertions += state.results.failedAssertions;
   }
   s.m_repeatedSteps += static_cast<unsigned long long>(state.results.redos);
   s.m_pairs = c.pairCount;
@@ -291,10 +297,10 @@ void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSetting
   const auto hadProfile = state->zones.profile();
   state->zones.useFile(settings.m_profileFile);
   const auto engineSettings = [](const btGpuSettings& s) {
-    return std::tie(s.m_device, s.m_profile, s.m_hostStages, s.m_checkStages);
+    return std::tie(s.m_device, s.m_profile, s.m_debugKernels, s.m_hostStages, s.m_checkStages);
   };
-  const bool sameEngine = engineSettings(state->settings) == engineSettings(settings) &&
-                          hadProfile == state->zones.profile();
+  const bool sameEngine =
+      engineSettings(state->settings) == engineSettings(settings) && hadProfile == state->zones.profile();
   state->settings = settings;
   state->crosscheck.reset();
   state->crosscheckAsked = false;

@@ -105,6 +105,8 @@ struct btGpuSettings {
   /// Holds what each stage of each step leaves on the device against its reference; very slow. Also with
   /// BTGPU_CHECK_STAGES=1 in the environment.
   bool m_checkStages = false;
+  /// Kernels that check themselves, to find errors of btgpu's own; slow (docs/debugging.md).
+  bool m_debugKernels = false;
   /// Room to start with; grown as needed.
   int m_bodyCapacity = 0, m_pairCapacity = 0;
   /// Does every so many-th step once more with stock Bullet, in a shadow world from the same state, and compares
@@ -140,6 +142,8 @@ struct btGpuStatistics {
   /// Steps in which a stage was off its reference by more than its contract (btGpuSettings::m_checkStages), and the first.
   unsigned long long m_stageDifferences = 0;
   std::string m_firstStageDifference;  ///< "step 12, 46_clip_faces: pair 88 (bodies 3 and 9): ..."
+  unsigned long long m_failedAssertions = 0;  ///< of kernels that check themselves (btGpuSettings::m_debugKernels)
+  std::string m_firstAssertion;               ///< the first of these, in words
   unsigned m_pairs = 0, m_contactManifolds = 0, m_contactPoints = 0, m_colours = 0;
   int m_launches = 0, m_waits = 0;
   double m_translateMs = 0;  ///< host time that reading Bullet's objects and writing them back took

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "../kernels/shared/team.h"
+#include "debug/kernel_checks.h"
 
 namespace btgpu {
 namespace {
@@ -182,6 +183,16 @@ void DeviceWorld::uploadManifolds(Queue& queue, const std::vector<Manifold>& sou
 void DeviceWorld::keepMatchedManifolds(Queue& queue) {
   matchedManifolds.resize(queue, manifolds.size());
   queue.copy(manifolds.buffer(), matchedManifolds.buffer(), 0, 0, manifolds.size() * sizeof(Manifold));
+}
+
+void DeviceWorld::spoilStepArrays(Queue& queue) {
+  const auto spoilAll = [&queue](const auto&... arrays) {
+    (fillWithPattern(queue, arrays.buffer(), 0, arrays.capacityBytes()), ...);
+  };
+  spoilAll(steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
+  spoilAll(keys, pairs, items, bucketFirst, contacts, axes, overlapping, closest, nearPairs, manifolds, constraints);
+  spoilAll(overlapCount, nearCount, manifoldCount, constraintCount, jointEffects, jointImpulses, jointSolved);
+  spoilAll(slotFirst, slots, rows, tangent2, torsion);
 }
 
 void DeviceWorld::swapStepResults() {

@@ -129,6 +129,10 @@ struct DeviceWorld {
   // Copies the manifolds as stage 48 left them, before the solver changes their impulses.
   void keepMatchedManifolds(Queue& queue);
 
+  // In a debug build of the kernels, before a step: fills what the step is to write with DEBUG_PATTERN, so that what it
+  // does not write shows.
+  void spoilStepArrays(Queue& queue);
+
   // After a successful step: its results become the last step's.
   void swapStepResults();
 

@@ -33,8 +33,9 @@ enum class Status {
 };
 
 struct EngineSettings {
-  std::string device;    // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
-  bool profile = false;  // time each stage (slows the step)
+  std::string device;         // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
+  bool profile = false;       // time each stage (slows the step)
+  bool debugKernels = false;  // kernels that check themselves (slow); so does BTGPU_DEBUG_KERNELS=1
   size_t bodyCapacity = 0, pairCapacity = 0;  // room to start with; grown as needed
   // Numbers or names of stages, "30,70": these run as their references, on the host. Empty: BTGPU_HOST_STAGES.
   std::string hostStages;

@@ -65,6 +65,8 @@ struct StepResults {
   int waits = 0;              // times the host waited for the device
   // With EngineSettings::checkStages: the first difference of the step, if there is one.
   std::vector<StageDifference> differences;
+  unsigned long failedAssertions = 0;  // of kernels that check themselves, since the results before
+  std::string firstAssertion;          // of these, in one line
   std::string recoveredFrom;  // the error of a call that failed, if the step was done again because of it
 };
 

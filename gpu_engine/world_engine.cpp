@@ -45,7 +45,7 @@ class StageZones {
 
 WorldEngine::WorldEngine(const EngineSettings& settings)
     : m_engineSettings(settings),
-      m_device(ComputeDevice::open(settings.device)),
+      m_device(ComputeDevice::open(settings.device, settings.debugKernels || ComputeDevice::debugKernelsWanted())),
       m_queue(m_device, settings.profile),
       m_hostStages(settings.hostStages.empty() ? fromEnvironment("BTGPU_HOST_STAGES") : settings.hostStages,
                    settings.checkStages || fromEnvironment("BTGPU_CHECK_STAGES") == "1"),
@@ -211,6 +211,7 @@ void WorldEngine::enqueue(Flight& flight, bool ahead) {
     } else {
       w.counters.copyFromHost(m_queue, m_noCounters, false);
     }
+    if (m_device->debugKernels() && w.bodyCount > 0) w.spoilStepArrays(m_queue);
     if (w.bodyCount > 0) m_pipeline.enqueueStep(m_queue, w, flight.settings, m_traits);
   }
   m_queue.leaveStep();
@@ -272,9 +273,16 @@ void WorldEngine::finish(StepResults& results) {
   }
   m_input = nullptr;
   results.recoveredFrom = m_recoveredFrom;
+  takeFailures(results);
   results.differences = m_hostStages.takeDifferences();
   const Zone zone("saveProgram");
   m_device->programs().saveNext();
+}
+
+void WorldEngine::takeFailures(StepResults& results) {
+  const Failures failures = m_queue.recorder() ? m_queue.recorder()->takeFailures(m_queue) : Failures();
+  results.failedAssertions = failures.count;
+  results.firstAssertion = failures.first;
 }
 
 void WorldEngine::conclude(StepResults& results) {

@@ -74,6 +74,7 @@ class WorldEngine {
   void await(const Flight& flight);
   void copyResults(const Flight& flight, StepResults& results) const;
   void readContacts(StepResults& results);
+  void takeFailures(StepResults& results);
   void growAfterOverflow(const StepCounters& counters);
   void adaptLaunches(const StepCounters& counters);
 

@@ -7,6 +7,7 @@
 
 #include "capture_recorder.h"
 #include "hang_watch.h"
+#include "kernel_checks.h"
 #include "stage_hashes.h"
 
 namespace btgpu {
@@ -33,8 +34,8 @@ class Several : public Recorder {
   void enterStage(Queue& queue, const char* stage) override {
     for (const auto& r : m_all) r->enterStage(queue, stage);
   }
-  void afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes) override {
-    for (const auto& r : m_all) r->afterAllocation(queue, buffer, bytes);
+  void afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes, const std::string& array) override {
+    for (const auto& r : m_all) r->afterAllocation(queue, buffer, bytes, array);
   }
   void beforeLaunch(Queue& queue, const Launch& launch) override {
     for (const auto& r : m_all) r->beforeLaunch(queue, launch);
@@ -49,6 +50,9 @@ class Several : public Recorder {
                   size_t bytes) override {
     for (const auto& r : m_all) r->beforeCopy(queue, from, to, fromOffset, toOffset, bytes);
   }
+  // Only the first one checks anything.
+  const cl::Buffer* checks() const override { return m_all.front()->checks(); }
+  Failures takeFailures(Queue& queue) override { return m_all.front()->takeFailures(queue); }
 
  private:
   std::vector<std::unique_ptr<Recorder>> m_all;
@@ -60,6 +64,7 @@ std::unique_ptr<Recorder> recorderFromEnvironment(const ComputeDevice& device) {
   const std::string requests = environment("BTGPU_CAPTURE"), limit = environment("BTGPU_WATCH");
   const std::string hashes = environment("BTGPU_STAGE_HASHES");
   auto all = std::make_unique<Several>();
+  if (device.debugKernels()) all->add(std::make_unique<KernelChecks>(device));
   if (!hashes.empty()) all->add(std::make_unique<StageHashes>(hashes));
   if (!requests.empty()) all->add(makeCaptureRecorder(requests, environment("BTGPU_CAPTURE_FILE")));
   if (!limit.empty() && limit != "0") all->add(makeHangWatch(limit, environment("BTGPU_WATCH_FILE"), device));

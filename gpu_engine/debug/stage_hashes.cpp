@@ -66,7 +66,7 @@ StageHashes::StageHashes(const std::string& path)
 
 StageHashes::~StageHashes() { ::close(m_file); }
 
-void StageHashes::afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes) {
+void StageHashes::afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes, const std::string&) {
   try {
     queue.raw().enqueueFillBuffer<unsigned char>(buffer, 0, 0, bytes);
   } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), "while memory is cleared"); }

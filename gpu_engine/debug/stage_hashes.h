@@ -18,7 +18,7 @@ class StageHashes : public CaptureRecorder {
   explicit StageHashes(const std::string& path);
   ~StageHashes() override;
 
-  void afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes) override;
+  void afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes, const std::string& array) override;
 
  private:
   void writeLine(const Capture& capture) const;

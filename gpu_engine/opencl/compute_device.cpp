@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <map>
 #include <mutex>
+#include <tuple>
 
 #include "cpu_threads.h"
 #include "error.h"
@@ -148,8 +149,10 @@ std::vector<DeviceDescription> ComputeDevice::listDevices() {
   return list;
 }
 
-std::shared_ptr<ComputeDevice> ComputeDevice::open(const std::string& wanted) {
-  static std::map<std::pair<cl_device_id, KernelShape>, std::weak_ptr<ComputeDevice>> shared;
+bool ComputeDevice::debugKernelsWanted() { return environment("BTGPU_DEBUG_KERNELS") == "1"; }
+
+std::shared_ptr<ComputeDevice> ComputeDevice::open(const std::string& wanted, bool debugKernels) {
+  static std::map<std::tuple<cl_device_id, KernelShape, bool>, std::weak_ptr<ComputeDevice>> shared;
   const std::lock_guard<std::mutex> lock(discoveryMutex());
   const std::string wish = wanted.empty() ? environment("BTGPU_DEVICE") : wanted;
   const auto devices = findDevices();
@@ -163,17 +166,17 @@ std::shared_ptr<ComputeDevice> ComputeDevice::open(const std::string& wanted) {
                       fmt::format("no OpenCL device matches '{}': 'btgpu info' lists those there are", wish));
   }
   const KernelShape shape = chooseShape(found->description);
-  auto& entry = shared[{found->device(), shape}];
+  auto& entry = shared[{found->device(), shape, debugKernels}];
   auto device = entry.lock();
   if (!device) {
-    device = std::make_shared<ComputeDevice>(found->device, found->description, shape);
+    device = std::make_shared<ComputeDevice>(found->device, found->description, shape, debugKernels);
     entry = device;
   }
   return device;
 }
 
-ComputeDevice::ComputeDevice(cl::Device device, DeviceDescription description, KernelShape shape)
-    : m_device(std::move(device)), m_description(std::move(description)), m_shape(shape) {
+ComputeDevice::ComputeDevice(cl::Device device, DeviceDescription description, KernelShape shape, bool debugKernels)
+    : m_device(std::move(device)), m_description(std::move(description)), m_shape(shape), m_debugKernels(debugKernels) {
   try {
     m_context = cl::Context(m_device);
   } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), m_description.name); }

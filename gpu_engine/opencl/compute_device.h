@@ -37,15 +37,19 @@ class ComputeDevice {
 
   // Opens (or shares) a device. `wanted`: empty for the first one, else an index of listDevices, "gpu", "cpu" or
   // a part of the name in any case; the variable BTGPU_DEVICE stands in for an empty wish. Throws OpenClError.
-  static std::shared_ptr<ComputeDevice> open(const std::string& wanted);
+  // debugKernels: with kernels that check themselves (docs/debugging.md).
+  static std::shared_ptr<ComputeDevice> open(const std::string& wanted, bool debugKernels = false);
+  // Whether BTGPU_DEBUG_KERNELS asks for them.
+  static bool debugKernelsWanted();
 
-  ComputeDevice(cl::Device device, DeviceDescription description, KernelShape shape);
+  ComputeDevice(cl::Device device, DeviceDescription description, KernelShape shape, bool debugKernels = false);
   ~ComputeDevice();
 
   const cl::Context& context() const { return m_context; }
   const cl::Device& device() const { return m_device; }
   const DeviceDescription& description() const { return m_description; }
   KernelShape shape() const { return m_shape; }
+  bool debugKernels() const { return m_debugKernels; }
   bool correctlyRounded() const { return m_correctlyRounded; }
   ProgramCache& programs() { return *m_programs; }
 
@@ -66,6 +70,7 @@ class ComputeDevice {
   cl::Context m_context;
   DeviceDescription m_description;
   KernelShape m_shape;
+  bool m_debugKernels;
   bool m_correctlyRounded;
   std::unique_ptr<ProgramCache> m_programs;
 };

@@ -23,6 +23,9 @@ inline unsigned long newGeneration() {
   return ++last;
 }
 
+// Behind every array of a debug build lie at least so many bytes that nobody may write.
+constexpr size_t kGuardBytes = 256;
+
 // Where an array lies. HostVisible: the host can map it, which moves nothing where host and device share their memory,
 // and goes through pinned memory elsewhere.
 enum class Placement { Device, HostVisible };
@@ -41,6 +44,7 @@ class DeviceArray {
 
   size_t size() const { return m_size; }
   size_t capacity() const { return m_capacity; }
+  size_t capacityBytes() const { return m_capacity * sizeof(T); }
   bool empty() const { return m_size == 0; }
   const cl::Buffer& buffer() const { return m_buffer; }
   unsigned long generation() const { return m_generation; }  // of the memory; 0: none
@@ -50,9 +54,13 @@ class DeviceArray {
   void reserve(Queue& queue, size_t wanted) {
     if (wanted <= m_capacity) return;
     const size_t most = queue.device().description().largestAllocation / sizeof(T);
-    const size_t grown = std::max({wanted, std::min(m_capacity + m_capacity / 2, most), size_t{16}});
-    const cl::Buffer larger = allocate(queue.device(), grown);
-    if (queue.recorder()) queue.recorder()->afterAllocation(queue, larger, grown * sizeof(T));
+    size_t grown = std::max({wanted, std::min(m_capacity + m_capacity / 2, most), size_t{16}}), guard = 0;
+    if (queue.device().debugKernels()) {
+      grown = wanted;
+      guard = (kGuardBytes + sizeof(T) - 1) / sizeof(T);
+    }
+    const cl::Buffer larger = allocate(queue.device(), grown + guard);
+    if (queue.recorder()) queue.recorder()->afterAllocation(queue, larger, grown * sizeof(T), m_name);
     queue.copy(m_buffer, larger, 0, 0, m_size * sizeof(T));
     m_buffer = larger;
     m_generation = newGeneration();

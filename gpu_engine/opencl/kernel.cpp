@@ -33,6 +33,16 @@ std::vector<std::string> argumentTypes(const cl::Kernel& kernel, unsigned count)
   return types;
 }
 
+std::vector<std::string> argumentNames(const cl::Kernel& kernel, unsigned first, unsigned count) {
+  std::vector<std::string> names;
+  try {
+    for (unsigned i = first; i < count; ++i) {
+      names.push_back(kernel.getArgInfo<CL_KERNEL_ARG_NAME>(i).c_str());  // up to the zero that some drivers count
+    }
+  } catch (const cl::Error&) { names.clear(); }
+  return names;
+}
+
 }  // namespace
 
 Kernel::Kernel(ComputeDevice& device, const std::string& file, const std::string& name, const std::string& options)
@@ -45,13 +55,17 @@ Kernel::Kernel(ComputeDevice& device, const std::string& file, const std::string
     throw makeOpenClError(e.err(), e.what(), fmt::format("kernel {} of kernels/{}", name, file));
   }
   m_argumentTypes = argumentTypes(m_kernel, m_argumentCount);
+  if (device.debugKernels()) {
+    m_first = m_argumentTypes.empty() || m_argumentTypes.front() == "DebugRecord*" ? 1 : 0;
+    m_parameters = argumentNames(m_kernel, m_first, m_argumentCount);
+  }
   m_bound.resize(m_argumentCount);
 }
 
 void Kernel::checkCount(size_t given) const {
-  if (given == m_argumentCount) return;
-  throw OpenClError(OpenClError::Kind::General,
-                    fmt::format("kernel {} takes {} arguments, {} were bound", m_name, m_argumentCount, given));
+  if (given == m_argumentCount - m_first) return;
+  throw OpenClError(OpenClError::Kind::General, fmt::format("kernel {} takes {} arguments, {} were bound", m_name,
+                                                            m_argumentCount - m_first, given));
 }
 
 void Kernel::checkType(const char* typeName, bool pointer) const {
@@ -68,13 +82,17 @@ void Kernel::checkType(const char* typeName, bool pointer) const {
 
 void Kernel::launchRecorded(Queue& queue, const Launch& launch) {
   queue.recorder()->beforeLaunch(queue, launch);
+  if (m_first) {
+    m_next = 0;
+    set(sizeof(cl_mem), queue.recorder()->checks(), newGeneration());
+  }
   queue.launch(m_kernel, m_name, launch.grid);
   queue.recorder()->afterLaunch(queue);
 }
 
 void Kernel::relaunch(Queue& queue, const Launch& launch) {
   checkCount(launch.arguments.size());
-  m_next = 0;
+  m_next = m_first;
   for (const Argument& argument : launch.arguments) bind(argument);
   queue.launch(m_kernel, m_name, launch.grid);
 }

@@ -35,10 +35,10 @@ class Kernel {
   template <typename... Args>
   void launch(Queue& queue, Grid grid, const Args&... args) {
     checkCount(sizeof...(args));
-    m_next = 0;
+    m_next = m_first;
     (bind(args), ...);
     if (queue.recorder()) {
-      launchRecorded(queue, {m_file, m_name, m_options, grid, {argumentOf(args)...}});
+      launchRecorded(queue, {m_file, m_name, m_options, grid, {argumentOf(args)...}, m_parameters});
     } else {
       queue.launch(m_kernel, m_name, grid);
     }
@@ -122,7 +122,9 @@ class Kernel {
   cl::Kernel m_kernel;
   std::vector<std::string> m_argumentTypes;  // empty if the driver does not tell
   std::vector<Bound> m_bound;
+  std::vector<std::string> m_parameters;  // names of the arguments; only of debug builds
   unsigned m_argumentCount = 0, m_next = 0;
+  unsigned m_first = 0;  // 1 if the kernel takes a DebugRecord before its arguments
 };
 
 }  // namespace btgpu

@@ -58,6 +58,7 @@ std::string commonOptions(const ComputeDevice& device) {
   // Parity mode: no fast-math, and IEEE division and square root where the device offers them.
   if (device.correctlyRounded()) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   options += " -cl-kernel-arg-info";
+  if (device.debugKernels()) options += " -DBTGPU_DEBUG";
   // DEBUG_PRINT in kernels/lib/kernel.h.
   if (const char* print = std::getenv("BTGPU_PRINTF"); print && std::string(print) == "1") options += " -DBTGPU_PRINTF";
   // Development: for example -cl-opt-disable for a debugger, or -DBTGPU_... to try something.

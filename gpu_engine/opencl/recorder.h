@@ -29,6 +29,13 @@ struct Launch {
   std::string file, name, options;  // what the kernel was made of (Kernel's constructor)
   Grid grid;
   std::vector<Argument> arguments;
+  std::vector<std::string> parameters;  // their names in the kernel's source; only of debug builds that can tell
+};
+
+// What assertions of the kernels and guard zones of arrays found wrong.
+struct Failures {
+  unsigned long count = 0;
+  std::string first;  // in one line
 };
 
 // Told of all that a queue is given, before or after it is. For debugging (gpu_engine/debug): normally there is none.
@@ -40,13 +47,17 @@ class Recorder {
   virtual void leaveStep(Queue&) {}
   virtual void enterStage(Queue&, const char* /*stage*/) {}
   // A new array's memory, which nothing has been written to.
-  virtual void afterAllocation(Queue&, const cl::Buffer&, size_t /*bytes*/) {}
+  virtual void afterAllocation(Queue&, const cl::Buffer&, size_t /*bytes*/, const std::string& /*array*/) {}
   virtual void beforeLaunch(Queue&, const Launch&) {}
   virtual void afterLaunch(Queue&) {}
   virtual void beforeWrite(Queue&, const cl::Buffer& /*to*/, size_t /*offset*/, size_t /*bytes*/,
                            const void* /*from*/) {}
   virtual void beforeCopy(Queue&, const cl::Buffer& /*from*/, const cl::Buffer& /*to*/, size_t /*fromOffset*/,
                           size_t /*toOffset*/, size_t /*bytes*/) {}
+  // The DebugRecord of a launch, for kernels of a debug build; null without one.
+  virtual const cl::Buffer* checks() const { return nullptr; }
+  // Failures since the last call.
+  virtual Failures takeFailures(Queue&) { return {}; }
 };
 
 }  // namespace btgpu

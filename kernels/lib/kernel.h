@@ -8,6 +8,7 @@
 #define BTGPU_LIB_KERNEL_H
 #include "../shared/step.h"
 #include "../shared/types.h"
+#include "debug.h"
 
 #ifdef BTGPU_SHAPE_CPU
 #define GROUP_SIZE 1

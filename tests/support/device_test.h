@@ -8,6 +8,7 @@
 
 #include <memory>
 
+#include "gpu_engine/debug/recorders.h"
 #include "gpu_engine/opencl/error.h"
 #include "gpu_engine/opencl/queue.h"
 
@@ -16,7 +17,14 @@ namespace btgpu {
 class DeviceTest : public ::testing::Test {
  protected:
   // No device is a failure, not a skip: a test that did not run must not count as passed.
-  DeviceTest() : m_device(ComputeDevice::open("")), m_queue(m_device, false) {}
+  // With BTGPU_DEBUG_KERNELS=1 nothing may fail in the kernels either.
+  DeviceTest() : m_device(ComputeDevice::open("", ComputeDevice::debugKernelsWanted())), m_queue(m_device, false) {
+    m_queue.setRecorder(recorderFromEnvironment(*m_device));
+  }
+  ~DeviceTest() override {
+    const Failures failures = m_queue.recorder() ? m_queue.recorder()->takeFailures(m_queue) : Failures();
+    EXPECT_EQ(failures.count, 0u) << failures.first;
+  }
 
   ComputeDevice& device() { return *m_device; }
   Queue& queue() { return m_queue; }
