@@ -51,7 +51,7 @@ class Replay {
   }
 
   void run(const CapturedLaunch& launch) {
-    Launch again{launch.file, launch.name, launch.options, {launch.global, launch.local}, {}};
+    Launch again{launch.file, launch.name, launch.options, {launch.global, launch.local}, {}, {}};
     for (const CapturedArgument& argument : launch.arguments) again.arguments.push_back(argumentOf(argument));
     kernelOf(launch).relaunch(m_queue, again);
   }

@@ -17,16 +17,20 @@
 #define WITH_CHECKS checks,
 #define AT(array, index) \
   (array)[checkedIndex(checks, DEBUG_NAME(#array, sizeof(#array)), index, __LINE__, __FILE__, #array "[" #index "]")]
-#define ASSERT(condition, a, b)                                                                                   \
-  do {                                                                                                            \
-    if (!(condition)) recordFailure(checks, DEBUG_VALUES, __LINE__, __FILE__, #condition, (uint)(a), (uint)(b));  \
+#define ASSERT(condition, a, b)                                                                                  \
+  do {                                                                                                           \
+    if (!(condition)) recordFailure(checks, DEBUG_VALUES, __LINE__, __FILE__, #condition, (uint)(a), (uint)(b)); \
   } while (0)
-#define ASSERT_FLOATS(condition, a, b)                                                                                \
-  do {                                                                                                                \
-    if (!(condition)) recordFailure(checks, DEBUG_FLOATS, __LINE__, __FILE__, #condition, as_uint(a), as_uint(b));    \
+#define ASSERT_FLOATS(condition, a, b)                                                                             \
+  do {                                                                                                             \
+    if (!(condition)) recordFailure(checks, DEBUG_FLOATS, __LINE__, __FILE__, #condition, as_uint(a), as_uint(b)); \
   } while (0)
 // How many elements an array has: for assertions.
 #define LENGTH(array) lengthOf(checks, DEBUG_NAME(#array, sizeof(#array)))
+
+// For assertions: of length 1, near enough for one thing to be told from another.
+static inline int isUnit4(float4 v) { return fabs(v.x * v.x + v.y * v.y + v.z * v.z + v.w * v.w - 1.0f) < 1e-3f; }
+static inline int isUnit(float4 v) { return isUnit4((float4)(v.x, v.y, v.z, 0.0f)); }
 
 static inline void copyText(volatile __global uint* to, uint room, __constant const char* text) {
   uint i = 0;
@@ -35,8 +39,8 @@ static inline void copyText(volatile __global uint* to, uint room, __constant co
 }
 
 // The first one of a launch stays.
-static inline void recordFailure(volatile __global DebugRecord* checks, uint kind, uint line, __constant const char* file,
-                                 __constant const char* text, uint a, uint b) {
+static inline void recordFailure(volatile __global DebugRecord* checks, uint kind, uint line,
+                                 __constant const char* file, __constant const char* text, uint a, uint b) {
   if (atomic_inc(&checks->failures) != 0) return;
   checks->kind = kind;
   checks->line = line;

@@ -10,7 +10,7 @@
 #ifdef BTGPU_SHAPE_GPU
 // Sum of `value` over all lower lanes; *total gets the sum of all lanes. `scratch` has GROUP_SIZE elements and
 // may be reused at once: the function ends with a barrier. All lanes must call it.
-static uint groupExclusiveScan(uint value, __local uint* scratch, uint* total) {
+static inline uint groupExclusiveScan(uint value, __local uint* scratch, uint* total) {
   const uint lane = get_local_id(0);
   scratch[lane] = value;
   barrier(CLK_LOCAL_MEM_FENCE);

@@ -73,10 +73,10 @@ WIDE Lanes4 transposeWide(Lanes a, Lanes b, Lanes c, Lanes d) {
 
 // Element from[stride * index[lane]] for every lane.
 WIDE Lanes4 gatherWide(__global const float4* from, uint stride, const uint* index) {
-#define AT(l) from[stride * index[l]]
-  return transposeWide((Lanes)(AT(0), AT(4), AT(8), AT(12)), (Lanes)(AT(1), AT(5), AT(9), AT(13)),
-                       (Lanes)(AT(2), AT(6), AT(10), AT(14)), (Lanes)(AT(3), AT(7), AT(11), AT(15)));
-#undef AT
+#define ROW(l) from[stride * index[l]]
+  return transposeWide((Lanes)(ROW(0), ROW(4), ROW(8), ROW(12)), (Lanes)(ROW(1), ROW(5), ROW(9), ROW(13)),
+                       (Lanes)(ROW(2), ROW(6), ROW(10), ROW(14)), (Lanes)(ROW(3), ROW(7), ROW(11), ROW(15)));
+#undef ROW
 }
 
 // Element from[lane].

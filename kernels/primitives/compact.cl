@@ -5,10 +5,10 @@
 // Stream compaction, second half: offsets are the exclusive scan of the flags (0 or 1); the indices of flagged
 // items are written in ascending order. The bound holds by itself, except after an overflow of the step, when the
 // flags were never written.
-KERNEL compactScatter(uint capacity, __global const uint* counter, __global const uint* flags,
+KERNEL compactScatter(CHECKS uint capacity, __global const uint* counter, __global const uint* flags,
                       __global const uint* offsets, __global uint* indices) {
   const uint count = itemCount(capacity, counter);
   FOR_EACH(i, count) {
-    if (flags[i] && offsets[i] < count) indices[offsets[i]] = i;
+    if (flags[i] && offsets[i] < count) AT(indices, offsets[i]) = i;
   }
 }

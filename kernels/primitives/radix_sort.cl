@@ -28,7 +28,7 @@ KERNEL radixCount(uint capacity, __global const uint* counter, uint shift, uint 
   for (uint d = 0; d < RADIX; ++d) tables[d * get_num_groups(0) + get_group_id(0)] = digits[d];
 }
 
-KERNEL radixScatter(uint capacity, __global const uint* counter, uint shift, uint mask, __global const Key* keys,
+KERNEL radixScatter(CHECKS uint capacity, __global const uint* counter, uint shift, uint mask, __global const Key* keys,
                     __global const uint* values, __global const uint* tables, __global Key* keysOut,
                     __global uint* valuesOut) {
   const uint count = itemCount(capacity, counter);
@@ -37,8 +37,8 @@ KERNEL radixScatter(uint capacity, __global const uint* counter, uint shift, uin
   FOR_EACH(i, count) {
     const Key key = keys[i];
     const uint to = next[DIGIT(key)]++;
-    keysOut[to] = key;
-    if (values) valuesOut[to] = values[i];
+    AT(keysOut, to) = key;
+    if (values) AT(valuesOut, to) = values[i];
   }
 }
 
@@ -64,7 +64,7 @@ KERNEL radixCount(uint capacity, __global const uint* counter, uint shift, uint 
 }
 
 // Within a tile every lane owns LANE_ITEMS consecutive items, so ranks ordered by (digit, lane) are stable.
-KERNEL radixScatter(uint capacity, __global const uint* counter, uint shift, uint mask, __global const Key* keys,
+KERNEL radixScatter(CHECKS uint capacity, __global const uint* counter, uint shift, uint mask, __global const Key* keys,
                     __global const uint* values, __global const uint* tables, __global Key* keysOut,
                     __global uint* valuesOut) {
   __local ushort ranks[RADIX * GROUP_SIZE];  // [digit][lane]: first a count, then the rank of the lane's next item
@@ -104,8 +104,8 @@ KERNEL radixScatter(uint capacity, __global const uint* counter, uint shift, uin
       const Key key = keys[i];
       const uint digit = DIGIT(key);
       const uint to = next[digit] + ranks[digit * GROUP_SIZE + lane]++;
-      keysOut[to] = key;
-      if (values) valuesOut[to] = values[i];
+      AT(keysOut, to) = key;
+      if (values) AT(valuesOut, to) = values[i];
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     for (uint d = lane; d < RADIX; d += GROUP_SIZE) next[d] += tileEnd[d];

@@ -20,14 +20,14 @@ BTGPU_BEGIN
 #define DEBUG_PATTERN 0x7fedbeefu
 
 // Tells the arrays of a kernel apart by their names in its source; `size` counts the zero at the end.
-#define DEBUG_NAME(name, size)                                                                     \
+#define DEBUG_NAME(name, size) \
   ((uint)(size) << 24 | (uint)(name)[0] << 16 | (uint)(name)[(size) / 2] << 8 | (uint)(name)[(size)-2])
 
 // Of one launch: its arrays, and its first failed assertion.
 STRUCT(DebugRecord) {
   uint failures;
-  uint kind;       // DEBUG_*, as all that follows of the first failure
-  uint line, item; // item: get_global_id(0)
+  uint kind;        // DEBUG_*, as all that follows of the first failure
+  uint line, item;  // item: get_global_id(0)
   uint values[2];
   uint arrayCount;
   uint unused;

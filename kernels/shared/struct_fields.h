@@ -8,6 +8,7 @@
 #include "body.h"
 #include "bvh.h"
 #include "contact.h"
+#include "debug.h"
 #include "joint.h"
 #include "rows.h"
 #include "shape.h"
@@ -108,7 +109,11 @@
     FIELD(StepCounters, uncoloured) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
     FIELD(StepCounters, quarantined) FIELD(StepCounters, boxOverlaps) FIELD(StepCounters, outOfBounds)      \
     FIELD(StepCounters, touchingCount) FIELD(StepCounters, freshCount) FIELD(StepCounters, largeColours) \
-    FIELD(StepCounters, unused)
+    FIELD(StepCounters, unused)                                                                             \
+  SIZE(DebugRecord, 992)                                                                                    \
+    FIELD(DebugRecord, failures) FIELD(DebugRecord, kind) FIELD(DebugRecord, line) FIELD(DebugRecord, item) \
+    FIELD(DebugRecord, values) FIELD(DebugRecord, arrayCount) FIELD(DebugRecord, unused)                    \
+    FIELD(DebugRecord, names) FIELD(DebugRecord, lengths) FIELD(DebugRecord, file) FIELD(DebugRecord, text)
 // clang-format on
 
 #endif

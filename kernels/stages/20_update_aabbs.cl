@@ -13,21 +13,21 @@ static Aabb grow(Aabb box, float by) {
 // predicted pose (btCollisionWorld::updateSingleAabb). A moving body too large or too fast to bound is disabled:
 // stateIn -> stateOut. What takes no part gets an AABB that overlaps nothing. Of inactive bodies the old AABB is
 // kept if the world says so. Shapes that only the host knows come with their AABB.
-KERNEL updateAabbs(uint bodyCount, __global const StepParams* params, __global const BodyInfo* infos,
+KERNEL updateAabbs(CHECKS uint bodyCount, __global const StepParams* params, __global const BodyInfo* infos,
                    __global const Shape* shapes, __global const BodyPose* poses, __global const BodyStep* steps,
                    __global const Aabb* hostAabbs, __global const BodyActivation* stateIn,
-                   __global const Aabb* oldAabbs, __global Aabb* aabbs,
-                   __global BodyActivation* stateOut, __global StepCounters* counters) {
+                   __global const Aabb* oldAabbs, __global Aabb* aabbs, __global BodyActivation* stateOut,
+                   __global StepCounters* counters) {
   const float threshold = params->contactThreshold;
   FOR_EACH(i, bodyCount) {
     const BodyInfo body = infos[i];
     BodyActivation activation = stateIn[i];
     Aabb box = emptyAabb();
     const Aabb old = oldAabbs[i];
-    if (isCollidable(body) && shapes[body.shapeIndex].type == SHAPE_HOST) {
+    if (isCollidable(body) && AT(shapes, body.shapeIndex).type == SHAPE_HOST) {
       box = hostAabbs[i];
-    } else if (isCollidable(body) && shapes[body.shapeIndex].type != SHAPE_NONE) {
-      const Shape shape = shapes[body.shapeIndex];
+    } else if (isCollidable(body) && AT(shapes, body.shapeIndex).type != SHAPE_NONE) {
+      const Shape shape = AT(shapes, body.shapeIndex);
       box = grow(shapeAabb(shape, poses[i]), threshold);
       if ((params->flags & STEP_USE_CONTINUOUS) && (body.flags & BODY_RIGID) && !isStaticOrKinematic(body.flags)) {
         BodyPose predicted;

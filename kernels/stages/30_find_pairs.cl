@@ -77,8 +77,8 @@ KERNEL mortonKeys(uint bodyCount, __global const BodyInfo* infos, __global const
 }
 
 // Level 0: the bodies' AABBs in sorted order.
-KERNEL bvhLeaves(uint bodyCount, __global const uint* order, __global const Aabb* aabbs, __global Aabb* nodes) {
-  FOR_EACH(i, bodyCount) nodes[i] = aabbs[order[i]];
+KERNEL bvhLeaves(CHECKS uint bodyCount, __global const uint* order, __global const Aabb* aabbs, __global Aabb* nodes) {
+  FOR_EACH(i, bodyCount) AT(nodes, i) = AT(aabbs, order[i]);
 }
 
 // One level: node j bounds the children [j, j + 1) * BVH_ARITY of the level below.
@@ -97,11 +97,11 @@ KERNEL bvhLevel(uint level, __constant BvhLevels* levels, __global Aabb* nodes) 
 
 // Visits the sorted bodies behind `position` whose AABB overlaps its own. Returns how many pass the filters; writes the
 // first PAIRS_KEPT of them to kept[], or the keys of all pairs to keys[]; either may be null.
-static uint visitPairs(uint position, __constant BvhLevels* levels, __global const Aabb* nodes,
+static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __global const Aabb* nodes,
                        __global const uint* order, __global const BodyInfo* infos, __global uint* kept,
                        __global ulong* keys) {
-  const uint self = order[position];
-  const BodyInfo info = infos[self];
+  const uint self = AT(order, position);
+  const BodyInfo info = AT(infos, self);
   if (!isCollidable(info)) return 0;
   const Aabb box = nodes[position];
   const uint top = levels->levelCount - 1;
@@ -109,15 +109,15 @@ static uint visitPairs(uint position, __constant BvhLevels* levels, __global con
   for (uint k = 0; k < top; ++k) span *= BVH_ARITY;  // bodies under a node of this level
   while (true) {
     const int behind = (ulong)(node + 1) * span > position + 1;
-    if (behind && overlapAabb(box, nodes[levels->first[level] + node])) {
+    if (behind && overlapAabb(box, AT(nodes, levels->first[level] + node))) {
       if (level > 0) {
         --level;
         span /= BVH_ARITY;
         node *= BVH_ARITY;
         continue;
       }
-      const uint other = order[node];
-      if (filtersMatch(info, infos[other])) {
+      const uint other = AT(order, node);
+      if (filtersMatch(info, AT(infos, other))) {
         if (kept && found < PAIRS_KEPT) kept[found] = other;
         if (keys) keys[found] = pairKeyOf(self, other);
         ++found;
@@ -134,11 +134,11 @@ static uint visitPairs(uint position, __constant BvhLevels* levels, __global con
   }
 }
 
-KERNEL countPairs(uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
+KERNEL countPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
                   __global const uint* order, __global const BodyInfo* infos, __global uint* counts,
                   __global uint* kept) {
   FOR_EACH(i, bodyCount) {
-    counts[i] = visitPairs(i, levels, nodes, order, infos, kept + (ulong)i * PAIRS_KEPT, 0);
+    counts[i] = visitPairs(WITH_CHECKS i, levels, nodes, order, infos, kept + (ulong)i * PAIRS_KEPT, 0);
   }
 }
 
@@ -149,16 +149,17 @@ SINGLE_KERNEL checkPairs(uint pairCapacity, __global const uint* total, __global
 }
 
 // Only bodies with more pairs than were kept go through the tree once more.
-KERNEL emitPairs(uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
+KERNEL emitPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
                  __global const uint* order, __global const BodyInfo* infos, __global const uint* offsets,
                  __global const uint* kept, __global const StepCounters* counters, __global ulong* keys) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, bodyCount) {
     const uint first = offsets[i], end = i + 1 < bodyCount ? offsets[i + 1] : counters->pairCount;
+    ASSERT(first <= end && end <= LENGTH(keys), first, end);
     if (end - first > PAIRS_KEPT) {
-      visitPairs(i, levels, nodes, order, infos, 0, keys + first);
+      visitPairs(WITH_CHECKS i, levels, nodes, order, infos, 0, keys + first);
       continue;
     }
-    for (uint k = first; k < end; ++k) keys[k] = pairKeyOf(order[i], kept[(ulong)i * PAIRS_KEPT + (k - first)]);
+    for (uint k = first; k < end; ++k) AT(keys, k) = pairKeyOf(AT(order, i), kept[(ulong)i * PAIRS_KEPT + (k - first)]);
   }
 }

@@ -42,18 +42,19 @@ static uint findKey(__global const ulong* keys, uint count, ulong key) {
 // The keys of the last step belong to manifolds[] of the last step, index by index; a manifold is taken over
 // only if its two bodies are still the ones that it was made for (bodyBirth). Pairs that must not collide get no
 // algorithm; contacts that they had before stay as they are, as in Bullet.
-KERNEL describePairs(uint pairCapacity, __global const StepCounters* counters, uint oldCapacity,
+KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* counters, uint oldCapacity,
                      __global const uint* oldCount, __global const ulong* keys, __global const ulong* oldKeys,
                      __global const BodyInfo* infos, __global const Shape* shapes,
-                     __global const BodyActivation* activations, __global const uint* bodyBorn,
-                     uint ignoredCount, __global const ulong* ignored, __global Pair* pairs, __global uint* buckets,
+                     __global const BodyActivation* activations, __global const uint* bodyBorn, uint ignoredCount,
+                     __global const ulong* ignored, __global Pair* pairs, __global uint* buckets,
                      __global uint* items) {
   RETURN_ON_OVERFLOW(counters);
   const uint pairCount = itemCount(pairCapacity, &counters->pairCount);
   FOR_EACH(i, pairCount) {
     const uint low = (uint)(keys[i] >> 32), high = (uint)keys[i];
-    const BodyInfo lowInfo = infos[low], highInfo = infos[high];
-    const int lowType = shapes[lowInfo.shapeIndex].type, highType = shapes[highInfo.shapeIndex].type;
+    ASSERT(low < high, low, high);
+    const BodyInfo lowInfo = AT(infos, low), highInfo = AT(infos, high);
+    const int lowType = AT(shapes, lowInfo.shapeIndex).type, highType = AT(shapes, highInfo.shapeIndex).type;
     int lowIsA = lowInfo.uniqueId < highInfo.uniqueId;
     if ((lowType == SHAPE_PLANE) != (highType == SHAPE_PLANE)) lowIsA = highType == SHAPE_PLANE;
     Pair pair;
@@ -61,10 +62,11 @@ KERNEL describePairs(uint pairCapacity, __global const StepCounters* counters, u
     pair.bodyB = lowIsA ? high : low;
     pair.bucket = bucketOfShapes(lowType, highType);
     pair.oldManifold = NO_INDEX;
-    if (!bodyBorn[low] && !bodyBorn[high]) {
+    if (!AT(bodyBorn, low) && !AT(bodyBorn, high)) {
       pair.oldManifold = findKey(oldKeys, itemCount(oldCapacity, oldCount), keys[i]);
     }
-    if (!isActiveState(activations[low].state) && !isActiveState(activations[high].state)) pair.bucket = BUCKET_CARRY;
+    if (!isActiveState(AT(activations, low).state) && !isActiveState(AT(activations, high).state))
+      pair.bucket = BUCKET_CARRY;
     if (lowType == SHAPE_HOST || highType == SHAPE_HOST || ((lowInfo.flags | highInfo.flags) & BODY_HOST_CONTACTS)) {
       pair.bucket = BUCKET_HOST;
       pair.oldManifold = NO_INDEX;
@@ -72,8 +74,8 @@ KERNEL describePairs(uint pairCapacity, __global const StepCounters* counters, u
     if (ignoredCount && findKey(ignored, ignoredCount, keys[i]) != NO_INDEX) {
       pair.bucket = pair.oldManifold != NO_INDEX ? BUCKET_CARRY : BUCKET_NONE;
     }
-    pairs[i] = pair;
-    buckets[i] = pair.bucket;
-    items[i] = i;
+    AT(pairs, i) = pair;
+    AT(buckets, i) = pair.bucket;
+    AT(items, i) = i;
   }
 }

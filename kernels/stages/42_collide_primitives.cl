@@ -26,8 +26,8 @@ static float4 segmentAxis(Shape s, BodyPose pose) {
 #endif
 
 // A new contact can arise within this distance.
-static float newContactThreshold(Pair pair, Shape a, Shape b, __global const Manifold* oldManifolds) {
-  if (pair.oldManifold != NO_INDEX) return oldManifolds[pair.oldManifold].breakingThreshold;
+static float newContactThreshold(CHECKS Pair pair, Shape a, Shape b, __global const Manifold* oldManifolds) {
+  if (pair.oldManifold != NO_INDEX) return AT(oldManifolds, pair.oldManifold).breakingThreshold;
   return fmin(a.breakingThreshold, b.breakingThreshold);
 }
 
@@ -56,20 +56,24 @@ static void collide(Shape a, Shape b, BodyPose poseA, BodyPose poseB, float thre
 #endif
 }
 
-KERNEL collidePrimitives(__global const StepCounters* counters, __global const uint* bucketFirst,
+KERNEL collidePrimitives(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
                          __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
                          __global const Shape* shapes, __global const BodyPose* poses,
                          __global const Manifold* oldManifolds, __global const float4* hullVertices,
                          __global RawContacts* contacts) {
   RETURN_ON_OVERFLOW(counters);
   const uint first = bucketFirst[BTGPU_BUCKET];
+  ASSERT(first <= bucketFirst[BTGPU_BUCKET + 1], first, bucketFirst[BTGPU_BUCKET + 1]);
   FOR_EACH(k, bucketFirst[BTGPU_BUCKET + 1] - first) {
-    const uint i = items[first + k];
-    const Pair pair = pairs[i];
-    const Shape a = shapes[infos[pair.bodyA].shapeIndex], b = shapes[infos[pair.bodyB].shapeIndex];
+    const uint i = AT(items, first + k);
+    const Pair pair = AT(pairs, i);
+    const Shape a = AT(shapes, AT(infos, pair.bodyA).shapeIndex), b = AT(shapes, AT(infos, pair.bodyB).shapeIndex);
+    ASSERT(a.type != SHAPE_HULL || (uint)(a.firstVertex + a.vertexCount) <= LENGTH(hullVertices), a.firstVertex,
+           a.vertexCount);
     RawContacts raw = noContacts();
-    collide(a, b, poses[pair.bodyA], poses[pair.bodyB], newContactThreshold(pair, a, b, oldManifolds), hullVertices,
-            &raw);
-    contacts[i] = raw;
+    collide(a, b, AT(poses, pair.bodyA), AT(poses, pair.bodyB),
+            newContactThreshold(WITH_CHECKS pair, a, b, oldManifolds), hullVertices, &raw);
+    ASSERT(raw.count >= 0 && raw.count <= RAW_POINTS, raw.count, i);
+    AT(contacts, i) = raw;
   }
 }

@@ -6,6 +6,15 @@
 #include "../lib/kernel.h"
 #include "../shared/body.h"
 
+// A hull's part of the arrays of all hulls is there.
+#define ASSERT_HULL(s)                                                                                                 \
+  ASSERT((s).type != SHAPE_HULL || (uint)((s).firstVertex + (s).vertexCount) <= LENGTH(hullVertices), (s).firstVertex, \
+         (s).vertexCount);                                                                                             \
+  ASSERT((s).type != SHAPE_HULL || (uint)((s).firstFace + (s).faceCount) <= LENGTH(hullFaces), (s).firstFace,          \
+         (s).faceCount);                                                                                               \
+  ASSERT((s).type != SHAPE_HULL || (uint)((s).firstEdge + (s).edgeCount) <= LENGTH(hullEdges), (s).firstEdge,          \
+         (s).edgeCount)
+
 static Hulls hullsOf(__global const float4* vertices, __global const HullFace* faces, __global const uint* corners,
                      __global const HullEdge* edges) {
   Hulls h;
@@ -25,7 +34,7 @@ SINGLE_KERNEL countConvexPairs(__global const StepCounters* counters, __global c
 
 // GJK, started from the normal of the last step. Of the pair at position k: near[k] is 1 where a contact is possible,
 // overlap[k] where the cores overlap and findWaysOut has to find the axis. Clears the pair's candidates.
-KERNEL findClosestFeatures(__global const StepCounters* counters, __global const uint* bucketFirst,
+KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
                            __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
                            __global const Shape* shapes, __global const BodyPose* poses,
                            __global const Manifold* oldManifolds, __global const float4* hullVertices,
@@ -35,35 +44,38 @@ KERNEL findClosestFeatures(__global const StepCounters* counters, __global const
   RETURN_ON_OVERFLOW(counters);
   const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
   const uint first = bucketFirst[BUCKET_FIRST_CONVEX];
+  ASSERT(first <= bucketFirst[BUCKET_LAST_CONVEX + 1], first, bucketFirst[BUCKET_LAST_CONVEX + 1]);
   FOR_EACH(k, bucketFirst[BUCKET_LAST_CONVEX + 1] - first) {
-    const uint i = items[first + k];
-    const Pair pair = pairs[i];
-    const Shape a = shapes[infos[pair.bodyA].shapeIndex], b = shapes[infos[pair.bodyB].shapeIndex];
-    const BodyPose poseA = poses[pair.bodyA], poseB = poses[pair.bodyB];
+    const uint i = AT(items, first + k);
+    const Pair pair = AT(pairs, i);
+    const Shape a = AT(shapes, AT(infos, pair.bodyA).shapeIndex), b = AT(shapes, AT(infos, pair.bodyB).shapeIndex);
+    ASSERT_HULL(a);
+    ASSERT_HULL(b);
+    const BodyPose poseA = AT(poses, pair.bodyA), poseB = AT(poses, pair.bodyB);
     const Matrix3 ra = matrixFromQuaternion(poseA.orientation);
     const CorePair cores =
         corePairOf(a, b, ra, matrixFromQuaternion(poseB.orientation), poseB.position - poseA.position);
     float threshold = fmin(a.breakingThreshold, b.breakingThreshold);
     float4 start = cores.offset;
     if (pair.oldManifold != NO_INDEX) {
-      threshold = oldManifolds[pair.oldManifold].breakingThreshold;
-      if (oldManifolds[pair.oldManifold].pointCount > 0) {
-        start = -mulTransposed(ra, oldManifolds[pair.oldManifold].points[0].normalWorldOnB);
+      threshold = AT(oldManifolds, pair.oldManifold).breakingThreshold;
+      if (AT(oldManifolds, pair.oldManifold).pointCount > 0) {
+        start = -mulTransposed(ra, AT(oldManifolds, pair.oldManifold).points[0].normalWorldOnB);
       }
     }
     ClosestFeatures found;
     found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
     const int what = closestFeatures(cores, hulls, start, a.margin + b.margin + threshold, &found);
     if (what == CORES_NEAR) preferFace(cores, hulls, &found);
-    closest[k] = found;
-    near[k] = what != CORES_FAR;
-    overlap[k] = what == CORES_OVERLAP;
-    contacts[i].count = 0;
+    AT(closest, k) = found;
+    AT(near, k) = what != CORES_FAR;
+    AT(overlap, k) = what == CORES_OVERLAP;
+    AT(contacts, i).count = 0;
   }
 }
 
 // The axes of the pairs whose cores overlap; overlapping[] lists their positions.
-KERNEL findWaysOut(__global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
+KERNEL findWaysOut(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
                    __global const uint* overlapping, __global const uint* bucketFirst, __global const uint* items,
                    __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
                    __global const BodyPose* poses, __global const float4* hullVertices,
@@ -72,12 +84,12 @@ KERNEL findWaysOut(__global const StepCounters* counters, uint pairCapacity, __g
   RETURN_ON_OVERFLOW(counters);
   const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
   FOR_EACH(n, itemCount(pairCapacity, overlapCount)) {
-    const uint k = overlapping[n];
-    const Pair pair = pairs[items[bucketFirst[BUCKET_FIRST_CONVEX] + k]];
-    const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
-    const CorePair cores = corePairOf(shapes[infos[pair.bodyA].shapeIndex], shapes[infos[pair.bodyB].shapeIndex],
-                                      matrixFromQuaternion(a.orientation), matrixFromQuaternion(b.orientation),
-                                      b.position - a.position);
-    closest[k] = shortestWayOut(cores, hulls);
+    const uint k = AT(overlapping, n);
+    const Pair pair = AT(pairs, AT(items, bucketFirst[BUCKET_FIRST_CONVEX] + k));
+    const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
+    const CorePair cores =
+        corePairOf(AT(shapes, AT(infos, pair.bodyA).shapeIndex), AT(shapes, AT(infos, pair.bodyB).shapeIndex),
+                   matrixFromQuaternion(a.orientation), matrixFromQuaternion(b.orientation), b.position - a.position);
+    AT(closest, k) = shortestWayOut(cores, hulls);
   }
 }

@@ -5,22 +5,24 @@
 
 // Separating axis test of all box-box pairs. axes[] and overlap[] are indexed by position in the bucket;
 // overlap[k] is 1 where no axis separates the boxes, ready for stream compaction.
-KERNEL findSeparatingAxis(__global const StepCounters* counters, __global const uint* bucketFirst,
+KERNEL findSeparatingAxis(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
                           __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
-                          __global const Shape* shapes, __global const BodyPose* poses,
-                          __global RawContacts* contacts, __global SeparatingAxis* axes, __global uint* overlap) {
+                          __global const Shape* shapes, __global const BodyPose* poses, __global RawContacts* contacts,
+                          __global SeparatingAxis* axes, __global uint* overlap) {
   RETURN_ON_OVERFLOW(counters);
   const uint first = bucketFirst[BUCKET_BOX_BOX];
+  ASSERT(first <= bucketFirst[BUCKET_BOX_BOX + 1], first, bucketFirst[BUCKET_BOX_BOX + 1]);
   FOR_EACH(k, bucketFirst[BUCKET_BOX_BOX + 1] - first) {
-    const uint i = items[first + k];
-    const Pair pair = pairs[i];
-    const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
-    const SeparatingAxis axis = separatingAxisBoxBox(
-        shapes[infos[pair.bodyA].shapeIndex].extents, matrixFromQuaternion(a.orientation),
-        shapes[infos[pair.bodyB].shapeIndex].extents, matrixFromQuaternion(b.orientation), b.position - a.position);
-    axes[k] = axis;
-    overlap[k] = axis.code >= 0;
-    contacts[i].count = 0;
+    const uint i = AT(items, first + k);
+    const Pair pair = AT(pairs, i);
+    const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
+    const SeparatingAxis axis =
+        separatingAxisBoxBox(AT(shapes, AT(infos, pair.bodyA).shapeIndex).extents, matrixFromQuaternion(a.orientation),
+                             AT(shapes, AT(infos, pair.bodyB).shapeIndex).extents, matrixFromQuaternion(b.orientation),
+                             b.position - a.position);
+    AT(axes, k) = axis;
+    AT(overlap, k) = axis.code >= 0;
+    AT(contacts, i).count = 0;
   }
 }
 

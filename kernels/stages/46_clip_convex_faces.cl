@@ -5,7 +5,7 @@
 #include "../shared/body.h"
 
 // Contact candidates of the convex pairs near each other; nearPairs[] lists their positions among the convex pairs.
-KERNEL clipConvexFaces(__global const StepCounters* counters, uint pairCapacity, __global const uint* nearCount,
+KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* nearCount,
                        __global const uint* nearPairs, __global const uint* bucketFirst, __global const uint* items,
                        __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
                        __global const BodyPose* poses, __global const Manifold* oldManifolds,
@@ -19,18 +19,20 @@ KERNEL clipConvexFaces(__global const StepCounters* counters, uint pairCapacity,
   hulls.corners = hullCorners;
   hulls.edges = 0;
   FOR_EACH(n, itemCount(pairCapacity, nearCount)) {
-    const uint k = nearPairs[n];
-    const uint i = items[bucketFirst[BUCKET_FIRST_CONVEX] + k];
-    const Pair pair = pairs[i];
-    const Shape a = shapes[infos[pair.bodyA].shapeIndex], b = shapes[infos[pair.bodyB].shapeIndex];
-    const BodyPose poseA = poses[pair.bodyA], poseB = poses[pair.bodyB];
+    const uint k = AT(nearPairs, n);
+    const uint i = AT(items, bucketFirst[BUCKET_FIRST_CONVEX] + k);
+    const Pair pair = AT(pairs, i);
+    const Shape a = AT(shapes, AT(infos, pair.bodyA).shapeIndex), b = AT(shapes, AT(infos, pair.bodyB).shapeIndex);
+    const BodyPose poseA = AT(poses, pair.bodyA), poseB = AT(poses, pair.bodyB);
     const Matrix3 ra = matrixFromQuaternion(poseA.orientation);
     const CorePair cores =
         corePairOf(a, b, ra, matrixFromQuaternion(poseB.orientation), poseB.position - poseA.position);
     float threshold = fmin(a.breakingThreshold, b.breakingThreshold);
-    if (pair.oldManifold != NO_INDEX) threshold = oldManifolds[pair.oldManifold].breakingThreshold;
+    if (pair.oldManifold != NO_INDEX) threshold = AT(oldManifolds, pair.oldManifold).breakingThreshold;
     RawContacts raw = noContacts();
-    collideConvex(cores, hulls, closest[k], ra, threshold, &raw);
-    contacts[i] = raw;
+    ASSERT_FLOATS(isUnit(AT(closest, k).normal), AT(closest, k).normal.x, AT(closest, k).normal.w);
+    collideConvex(cores, hulls, AT(closest, k), ra, threshold, &raw);
+    ASSERT(raw.count >= 0 && raw.count <= RAW_POINTS, raw.count, i);
+    AT(contacts, i) = raw;
   }
 }

@@ -4,20 +4,22 @@
 #include "../lib/kernel.h"
 
 // Contact candidates of the box-box pairs that overlap; overlapping[] lists their positions in the bucket.
-KERNEL clipFaces(__global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
+KERNEL clipFaces(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
                  __global const uint* overlapping, __global const uint* bucketFirst, __global const uint* items,
                  __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
-                 __global const BodyPose* poses, __global const SeparatingAxis* axes,
-                 __global RawContacts* contacts) {
+                 __global const BodyPose* poses, __global const SeparatingAxis* axes, __global RawContacts* contacts) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(n, itemCount(pairCapacity, overlapCount)) {
-    const uint k = overlapping[n];
-    const uint i = items[bucketFirst[BUCKET_BOX_BOX] + k];
-    const Pair pair = pairs[i];
-    const SeparatingAxis axis = axes[k];
-    const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
+    const uint k = AT(overlapping, n);
+    const uint i = AT(items, bucketFirst[BUCKET_BOX_BOX] + k);
+    const Pair pair = AT(pairs, i);
+    const SeparatingAxis axis = AT(axes, k);
+    ASSERT(axis.code >= 0 && axis.code <= 14, axis.code, k);
+    ASSERT_FLOATS(isUnit(axis.normal), axis.normal.x, axis.normal.w);
+    const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
     const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
-    const float4 ha = shapes[infos[pair.bodyA].shapeIndex].extents, hb = shapes[infos[pair.bodyB].shapeIndex].extents;
+    const float4 ha = AT(shapes, AT(infos, pair.bodyA).shapeIndex).extents;
+    const float4 hb = AT(shapes, AT(infos, pair.bodyB).shapeIndex).extents;
     const float4 bFromA = b.position - a.position;
     RawContacts raw = noContacts();
     if (axis.code >= 6) {
@@ -25,6 +27,7 @@ KERNEL clipFaces(__global const StepCounters* counters, uint pairCapacity, __glo
     } else {
       collideFaces(ha, ra, hb, rb, bFromA, axis, &raw);
     }
-    contacts[i] = raw;
+    ASSERT(raw.count >= 0 && raw.count <= RAW_POINTS, raw.count, i);
+    AT(contacts, i) = raw;
   }
 }

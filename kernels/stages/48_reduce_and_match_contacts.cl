@@ -35,20 +35,22 @@ static void combine(ContactPoint* p, uint flags, BodyMaterial a, BodyMaterial b)
 
 // Reduces each pair's candidates to four, merges them into its manifold of the last step, and drops the points
 // that came apart. One manifold a pair, in pair order. A pair of inactive bodies keeps its points untouched.
-KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
-                     __global const Pair* pairs, __global const RawContacts* contacts, __global const Manifold* oldManifolds,
-                     __global const BodyInfo* infos, __global const Shape* shapes, __global const BodyPose* poses,
+KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
+                     __global const Pair* pairs, __global const RawContacts* contacts,
+                     __global const Manifold* oldManifolds, __global const BodyInfo* infos,
+                     __global const Shape* shapes, __global const BodyPose* poses,
                      __global const BodyMaterial* materials, __global Manifold* manifolds) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
-    const Pair pair = pairs[i];
-    const BodyInfo infoA = infos[pair.bodyA], infoB = infos[pair.bodyB];
-    const BodyMaterial materialA = materials[pair.bodyA], materialB = materials[pair.bodyB];
+    const Pair pair = AT(pairs, i);
+    const BodyInfo infoA = AT(infos, pair.bodyA), infoB = AT(infos, pair.bodyB);
+    const BodyMaterial materialA = AT(materials, pair.bodyA), materialB = AT(materials, pair.bodyB);
     Manifold m;
     if (pair.oldManifold != NO_INDEX) {
-      m = oldManifolds[pair.oldManifold];
+      m = AT(oldManifolds, pair.oldManifold);
+      ASSERT(m.pointCount >= 0 && m.pointCount <= MANIFOLD_POINTS, m.pointCount, pair.oldManifold);
     } else {
-      m = newManifold(pair, shapes[infoA.shapeIndex], shapes[infoB.shapeIndex], materialA, materialB);
+      m = newManifold(pair, AT(shapes, infoA.shapeIndex), AT(shapes, infoB.shapeIndex), materialA, materialB);
     }
     m.bucket = pair.bucket;
     if (!(params->flags & STEP_CONTACTS_UNSEEN)) {
@@ -60,10 +62,12 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
       const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
       if (!persistent) m.pointCount = 0;
       m.unseen = 1;
-      const BodyPose a = poses[pair.bodyA], b = poses[pair.bodyB];
+      const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
       const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
       const float4 bFromA = b.position - a.position;
-      RawContacts raw = contacts[i];
+      RawContacts raw = AT(contacts, i);
+      ASSERT(raw.count >= 0 && raw.count <= RAW_POINTS, raw.count, i);
+      ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
       reduceContacts(&raw);
       for (int k = 0; k < raw.count; ++k) {
         ContactPoint p = makePoint(raw.normal, raw.points[k], ra, rb, bFromA);
@@ -72,6 +76,7 @@ KERNEL matchContacts(uint pairCapacity, __global const StepCounters* counters, _
       }
       if (persistent) refreshPoints(&m, ra, rb, bFromA);
     }
-    manifolds[i] = m;
+    ASSERT(m.pointCount >= 0 && m.pointCount <= MANIFOLD_POINTS, m.pointCount, i);
+    AT(manifolds, i) = m;
   }
 }

@@ -13,8 +13,8 @@ SINGLE_KERNEL countHostContacts(uint capacity, __global const StepParams* params
   if (*manifoldCount > capacity) counters->overflow |= OVERFLOW_PAIRS;
 }
 
-KERNEL appendHostContacts(__global const StepParams* params, __global const StepCounters* counters,
+KERNEL appendHostContacts(CHECKS __global const StepParams* params, __global const StepCounters* counters,
                           __global const Manifold* hostManifolds, __global Manifold* manifolds) {
   RETURN_ON_OVERFLOW(counters);
-  FOR_EACH(k, params->hostManifoldCount) manifolds[counters->pairCount + k] = hostManifolds[k];
+  FOR_EACH(k, params->hostManifoldCount) { AT(manifolds, counters->pairCount + k) = AT(hostManifolds, k); }
 }

@@ -14,15 +14,15 @@ static float speedAlong(RowBody b, float4 linear, float4 angular) {
   return dot3(linear, b.linear + b.externalLinear) + dot3(angular, b.angular + b.externalAngular);
 }
 
-static JointEffect prepareRow(Joint joint, JointRow row, __global const BodyStep* steps) {
+static JointEffect prepareRow(CHECKS Joint joint, JointRow row, __global const BodyStep* steps) {
   float sum = 0.0f, speed = 0.0f;
   if (joint.bodyA != NO_INDEX) {
-    const RowBody a = makeRowBody(steps[joint.bodyA], vec3(1.0f, 1.0f, 1.0f));
+    const RowBody a = makeRowBody(AT(steps, joint.bodyA), vec3(1.0f, 1.0f, 1.0f));
     sum += mobility(a, row.linearA, row.angularA);
     speed += speedAlong(a, row.linearA, row.angularA);
   }
   if (joint.bodyB != NO_INDEX) {
-    const RowBody b = makeRowBody(steps[joint.bodyB], vec3(1.0f, 1.0f, 1.0f));
+    const RowBody b = makeRowBody(AT(steps, joint.bodyB), vec3(1.0f, 1.0f, 1.0f));
     sum += mobility(b, row.linearB, row.angularB);
     speed += speedAlong(b, row.linearB, row.angularB);
   }
@@ -38,15 +38,15 @@ static JointEffect prepareRow(Joint joint, JointRow row, __global const BodyStep
 
 // Completes the rows of every joint from the bodies' velocities, masses and inertia, and forgets their impulses:
 // Bullet's convertJoint.
-KERNEL prepareJoints(uint jointCount, __global const StepCounters* counters, __global const Joint* joints,
+KERNEL prepareJoints(CHECKS uint jointCount, __global const StepCounters* counters, __global const Joint* joints,
                      __global const JointRow* rows, __global const BodyStep* steps, __global JointEffect* effects,
                      __global float* impulses) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, jointCount) {
     const Joint joint = joints[i];
     for (uint r = joint.firstRow; r < joint.firstRow + joint.rowCount; ++r) {
-      effects[r] = prepareRow(joint, rows[r], steps);
-      impulses[r] = 0.0f;
+      AT(effects, r) = prepareRow(WITH_CHECKS joint, AT(rows, r), steps);
+      AT(impulses, r) = 0.0f;
     }
   }
 }

@@ -36,15 +36,15 @@ STRUCT(End) {
   int pushed;  // canBePushed
 };
 
-static End makeEnd(uint i, __global const BodyInfo* infos, __global const BodyPose* poses,
+static End makeEnd(CHECKS uint i, __global const BodyInfo* infos, __global const BodyPose* poses,
                    __global const BodyStep* steps, __global const BodyMass* masses,
                    __global const BodyMaterial* materials) {
   End end;
-  end.body = makeRowBody(steps[i], masses[i].angularFactor);
-  end.rotation = matrixFromQuaternion(poses[i].orientation);
-  end.material = materials[i];
-  end.flags = infos[i].flags;
-  end.pushed = canBePushed(end.body.inverseMass, masses[i].linearFactor);
+  end.body = makeRowBody(AT(steps, i), AT(masses, i).angularFactor);
+  end.rotation = matrixFromQuaternion(AT(poses, i).orientation);
+  end.material = AT(materials, i);
+  end.flags = AT(infos, i).flags;
+  end.pushed = canBePushed(end.body.inverseMass, AT(masses, i).linearFactor);
   return end;
 }
 
@@ -132,17 +132,17 @@ static void preparePoint(StepParams s, __global float* slot, __global float* slo
   storeField(slot2, ROW_TANGENT2_IMPULSE, 0.0f);
 }
 
-static void prepareSlot(uint i, StepParams s, __global const SlotHeader* slots, __global const BodyInfo* infos,
-                        __global const BodyPose* poses, __global const BodyStep* steps,
-                        __global const BodyMass* masses, __global const BodyMaterial* materials,
-                        __global Manifold* manifolds, __global float* rows, __global float* tangent2,
-                        __global float* torsion) {
-  const SlotHeader header = slots[i];
+static void prepareSlot(CHECKS uint i, StepParams s, __global const SlotHeader* slots, __global const BodyInfo* infos,
+                        __global const BodyPose* poses, __global const BodyStep* steps, __global const BodyMass* masses,
+                        __global const BodyMaterial* materials, __global Manifold* manifolds, __global float* rows,
+                        __global float* tangent2, __global float* torsion) {
+  const SlotHeader header = AT(slots, i);
   if (header.manifold == NO_INDEX) return;
-  __global Manifold* manifold = &manifolds[header.manifold];
+  __global Manifold* manifold = &AT(manifolds, header.manifold);
+  ASSERT(header.pointCount <= MANIFOLD_POINTS, header.pointCount, header.manifold);
   const uint bodyA = manifold->bodyA, bodyB = manifold->bodyB;
-  const End a = makeEnd(bodyA, infos, poses, steps, masses, materials);
-  const End b = makeEnd(bodyB, infos, poses, steps, masses, materials);
+  const End a = makeEnd(WITH_CHECKS bodyA, infos, poses, steps, masses, materials);
+  const End b = makeEnd(WITH_CHECKS bodyB, infos, poses, steps, masses, materials);
   for (uint k = 0; k < header.pointCount; ++k) {
     ContactPoint p = manifold->points[k];
     const float4 ra = mulMatrix(a.rotation, p.localPointA), rb = mulMatrix(b.rotation, p.localPointB);
@@ -160,10 +160,27 @@ static void prepareSlot(uint i, StepParams s, __global const SlotHeader* slots, 
   }
 }
 
+#if defined(BTGPU_DEBUG) && defined(BTGPU_SHAPE_CPU)
+// Whether the vector code, which checks nothing, may have a block. Who says no goes slot by slot, where it is recorded.
+static int blockIsSound(CHECKS __global const SlotHeader* slots, uint first, __global const Manifold* manifolds,
+                        __global const BodyInfo* infos) {
+  for (uint i = first; i < first + BTGPU_WIDE; ++i) {
+    const uint m = AT(slots, i).manifold;
+    if (m == NO_INDEX) continue;
+    if (m >= LENGTH(manifolds) || slots[i].pointCount > MANIFOLD_POINTS) return 0;
+    if (manifolds[m].bodyA >= LENGTH(infos) || manifolds[m].bodyB >= LENGTH(infos)) return 0;
+  }
+  return 1;
+}
+#define BLOCK_IS_SOUND(slots, first, manifolds, infos) blockIsSound(WITH_CHECKS slots, first, manifolds, infos)
+#else
+#define BLOCK_IS_SOUND(slots, first, manifolds, infos) 1
+#endif
+
 // Builds the rows of every slot from its manifold, and notes the friction directions in the manifold.
-KERNEL prepareContacts(uint slotCapacity, __global const StepCounters* counters, __global const StepParams* params,
-                       __global const SlotHeader* slots, __global const BodyInfo* infos,
-                       __global const BodyPose* poses, __global const BodyStep* steps,
+KERNEL prepareContacts(CHECKS uint slotCapacity, __global const StepCounters* counters,
+                       __global const StepParams* params, __global const SlotHeader* slots,
+                       __global const BodyInfo* infos, __global const BodyPose* poses, __global const BodyStep* steps,
                        __global const BodyMass* masses, __global const BodyMaterial* materials,
                        __global Manifold* manifolds, __global float* rows, __global float* tangent2,
                        __global float* torsion) {
@@ -175,16 +192,17 @@ KERNEL prepareContacts(uint slotCapacity, __global const StepCounters* counters,
   const int wide = canPrepareWide(s.flags);
   FOR_EACH(block, count / BTGPU_WIDE) {
     const uint first = block * BTGPU_WIDE;
-    if (wide && prepareWide(s, slots + first, infos, poses, steps, masses, manifolds, rows + slotBase(first, SLOT_FIELDS))) {
+    if (wide && BLOCK_IS_SOUND(slots, first, manifolds, infos) &&
+        prepareWide(s, slots + first, infos, poses, steps, masses, manifolds, rows + slotBase(first, SLOT_FIELDS))) {
       continue;
     }
     for (uint i = first; i < first + BTGPU_WIDE; ++i) {
-      prepareSlot(i, s, slots, infos, poses, steps, masses, materials, manifolds, rows, tangent2, torsion);
+      prepareSlot(WITH_CHECKS i, s, slots, infos, poses, steps, masses, materials, manifolds, rows, tangent2, torsion);
     }
   }
 #else
   FOR_EACH(i, count) {
-    prepareSlot(i, s, slots, infos, poses, steps, masses, materials, manifolds, rows, tangent2, torsion);
+    prepareSlot(WITH_CHECKS i, s, slots, infos, poses, steps, masses, materials, manifolds, rows, tangent2, torsion);
   }
 #endif
 }

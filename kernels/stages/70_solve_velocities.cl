@@ -17,32 +17,33 @@ STRUCT(SlotRows) {
   __global float* torsion;
 };
 
-static SlotBodies loadBodies(SlotHeader h, __global const SolverBody* bodies, __global const SolverMass* masses) {
+static SlotBodies loadBodies(CHECKS SlotHeader h, __global const SolverBody* bodies,
+                             __global const SolverMass* masses) {
   SlotBodies s;
   s.linearA = s.angularA = s.linearB = s.angularB = vec3(0.0f, 0.0f, 0.0f);
   s.massA.row0 = s.massA.row1 = s.massA.row2 = vec3(0.0f, 0.0f, 0.0f);
   s.massB = s.massA;
   if (h.bodyA != NO_INDEX) {
-    s.linearA = bodies[h.bodyA].deltaLinear;
-    s.angularA = bodies[h.bodyA].deltaAngular;
-    s.massA = masses[h.bodyA];
+    s.linearA = AT(bodies, h.bodyA).deltaLinear;
+    s.angularA = AT(bodies, h.bodyA).deltaAngular;
+    s.massA = AT(masses, h.bodyA);
   }
   if (h.bodyB != NO_INDEX) {
-    s.linearB = bodies[h.bodyB].deltaLinear;
-    s.angularB = bodies[h.bodyB].deltaAngular;
-    s.massB = masses[h.bodyB];
+    s.linearB = AT(bodies, h.bodyB).deltaLinear;
+    s.angularB = AT(bodies, h.bodyB).deltaAngular;
+    s.massB = AT(masses, h.bodyB);
   }
   return s;
 }
 
-static void storeBodies(SlotHeader h, const SlotBodies* s, __global SolverBody* bodies) {
+static void storeBodies(CHECKS SlotHeader h, const SlotBodies* s, __global SolverBody* bodies) {
   if (h.bodyA != NO_INDEX) {
-    bodies[h.bodyA].deltaLinear = s->linearA;
-    bodies[h.bodyA].deltaAngular = s->angularA;
+    AT(bodies, h.bodyA).deltaLinear = s->linearA;
+    AT(bodies, h.bodyA).deltaAngular = s->angularA;
   }
   if (h.bodyB != NO_INDEX) {
-    bodies[h.bodyB].deltaLinear = s->linearB;
-    bodies[h.bodyB].deltaAngular = s->angularB;
+    AT(bodies, h.bodyB).deltaLinear = s->linearB;
+    AT(bodies, h.bodyB).deltaAngular = s->angularB;
   }
 }
 
@@ -96,16 +97,16 @@ static void solveTorsionRows(SlotRows rows, uint k, SlotBodies* s) {
 }
 
 // Split impulse: removes penetration by velocities that move the pose once and are then forgotten.
-static void solvePush(SlotHeader h, SlotRows rows, __global SolverBody* bodies, const SlotBodies* masses) {
+static void solvePush(CHECKS SlotHeader h, SlotRows rows, __global SolverBody* bodies, const SlotBodies* masses) {
   SlotBodies s = *masses;
   s.linearA = s.angularA = s.linearB = s.angularB = vec3(0.0f, 0.0f, 0.0f);
   if (h.bodyA != NO_INDEX) {
-    s.linearA = bodies[h.bodyA].pushLinear;
-    s.angularA = bodies[h.bodyA].turnAngular;
+    s.linearA = AT(bodies, h.bodyA).pushLinear;
+    s.angularA = AT(bodies, h.bodyA).turnAngular;
   }
   if (h.bodyB != NO_INDEX) {
-    s.linearB = bodies[h.bodyB].pushLinear;
-    s.angularB = bodies[h.bodyB].turnAngular;
+    s.linearB = AT(bodies, h.bodyB).pushLinear;
+    s.angularB = AT(bodies, h.bodyB).turnAngular;
   }
   int pushed = 0;
   for (uint k = 0; k < h.pointCount; ++k) {
@@ -119,33 +120,34 @@ static void solvePush(SlotHeader h, SlotRows rows, __global SolverBody* bodies, 
     pushed = 1;
   }
   if (pushed && h.bodyA != NO_INDEX) {
-    bodies[h.bodyA].pushLinear = s.linearA;
-    bodies[h.bodyA].turnAngular = s.angularA;
+    AT(bodies, h.bodyA).pushLinear = s.linearA;
+    AT(bodies, h.bodyA).turnAngular = s.angularA;
   }
   if (pushed && h.bodyB != NO_INDEX) {
-    bodies[h.bodyB].pushLinear = s.linearB;
-    bodies[h.bodyB].turnAngular = s.angularB;
+    AT(bodies, h.bodyB).pushLinear = s.linearB;
+    AT(bodies, h.bodyB).turnAngular = s.angularB;
   }
 }
 
-static void solveSlot(uint slot, uint passes, uint flags, __global const SlotHeader* slots,
+static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                       __global float* tangent2, __global float* torsion) {
-  const SlotHeader h = slots[slot];
+  const SlotHeader h = AT(slots, slot);
   if (h.manifold == NO_INDEX) return;
+  ASSERT(h.pointCount <= MANIFOLD_POINTS, h.pointCount, slot);
   SlotRows r;
   r.points = rows + slotBase(slot, SLOT_FIELDS);
   r.tangent2 = flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
   r.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
-  SlotBodies s = loadBodies(h, bodies, masses);
+  SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
   for (uint k = 0; k < h.pointCount; ++k) {
     if (passes & PASS_WARM_START) warmStart(r, k, &s);
     if (passes & PASS_NORMAL) solveNormal(r, k, &s);
     if (passes & PASS_FRICTION) solveFriction(r, k, &s);
     if (passes & PASS_TORSION) solveTorsionRows(r, k, &s);
   }
-  storeBodies(h, &s, bodies);
-  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(h, r, bodies, &s);
+  storeBodies(WITH_CHECKS h, &s, bodies);
+  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(WITH_CHECKS h, r, bodies, &s);
 }
 
 #ifdef BTGPU_SHAPE_CPU
@@ -153,13 +155,28 @@ static void solveSlot(uint slot, uint passes, uint flags, __global const SlotHea
 // What a work item takes at once: BTGPU_WIDE slots in vectors, but for torsional rows.
 static uint slotsAtOnce(uint passes) { return passes & PASS_TORSION ? 1 : BTGPU_WIDE; }
 
-static void solveSlots(uint slot, uint passes, uint flags, __global const SlotHeader* slots,
+static void solveSlots(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
                        __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                        __global float* tangent2, __global float* torsion) {
   if (passes & PASS_TORSION) {
-    solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
     return;
   }
+#ifdef BTGPU_DEBUG
+  // The vector code checks nothing: what is wrong goes slot by slot, where it is recorded.
+  for (uint i = slot; i < slot + BTGPU_WIDE; ++i) {
+    const SlotHeader h = AT(slots, i);
+    const uint count = LENGTH(bodies);
+    if (h.pointCount <= MANIFOLD_POINTS && (h.bodyA == NO_INDEX || h.bodyA < count) &&
+        (h.bodyB == NO_INDEX || h.bodyB < count)) {
+      continue;
+    }
+    for (i = slot; i < slot + BTGPU_WIDE; ++i) {
+      solveSlot(WITH_CHECKS i, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    }
+    return;
+  }
+#endif
   solveWide(passes, flags & STEP_SPLIT_IMPULSE, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
             flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
 }
@@ -167,9 +184,9 @@ static void solveSlots(uint slot, uint passes, uint flags, __global const SlotHe
 #define PART_BLOCKS 4u  // blocks of BTGPU_WIDE slots that are worth a part of their own
 
 // This member's share of the slots first ... end - 1 of one colour; false if it has to leave the team.
-static int solveColour(Member* m, uint first, uint end, uint passes, uint flags, __global const SlotHeader* slots,
-                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
-                       __global float* tangent2, __global float* torsion) {
+static int solveColour(CHECKS Member* m, uint first, uint end, uint passes, uint flags,
+                       __global const SlotHeader* slots, __global const SolverMass* masses, __global SolverBody* bodies,
+                       __global float* rows, __global float* tangent2, __global float* torsion) {
   const uint blocks = (end - first) / BTGPU_WIDE, step = slotsAtOnce(passes);
   if (blocks == 0) return 1;
   const uint parts = clamp(blocks / PART_BLOCKS, 1u, (uint)TEAM_PARTS);
@@ -178,7 +195,7 @@ static int solveColour(Member* m, uint first, uint end, uint passes, uint flags,
   for (uint part = takePart(m, parts); part != NO_INDEX; part = takePart(m, parts)) {
     const uint partEnd = first + CHUNK_BEGIN(blocks, part + 1, parts) * BTGPU_WIDE;
     for (uint slot = first + CHUNK_BEGIN(blocks, part, parts) * BTGPU_WIDE; slot < partEnd; slot += step) {
-      solveSlots(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+      solveSlots(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
     }
     ++mine;
   }
@@ -186,37 +203,39 @@ static int solveColour(Member* m, uint first, uint end, uint passes, uint flags,
 }
 
 // The serial batch, slot by slot, all by one member.
-static int solveSerial(Member* m, uint first, uint end, uint passes, uint flags, __global const SlotHeader* slots,
-                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
-                       __global float* tangent2, __global float* torsion) {
+static int solveSerial(CHECKS Member* m, uint first, uint end, uint passes, uint flags,
+                       __global const SlotHeader* slots, __global const SolverMass* masses, __global SolverBody* bodies,
+                       __global float* rows, __global float* tangent2, __global float* torsion) {
   if (first == end) return 1;
   beginRound(m, 1);
   const uint mine = takePart(m, 1) != NO_INDEX;
   for (uint slot = first; mine && slot < end; ++slot) {
-    solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
   return endRound(m, mine);
 }
 
 // `repeats` times the passes of `sequence`, the first one in its lowest PASS_BITS, each over all colours one after the
 // other and then the serial batch.
-KERNEL solveInTeam(uint repeats, uint sequence, __global const StepCounters* counters,
-                   __global const StepParams* params, __global const uint* slotFirst,
-                   __global const SlotHeader* slots, __global const SolverMass* masses, __global SolverBody* bodies,
-                   __global float* rows, __global float* tangent2, __global float* torsion, __global uint* team) {
+KERNEL solveInTeam(CHECKS uint repeats, uint sequence, __global const StepCounters* counters,
+                   __global const StepParams* params, __global const uint* slotFirst, __global const SlotHeader* slots,
+                   __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                   __global float* tangent2, __global float* torsion, __global uint* team) {
   RETURN_ON_OVERFLOW(counters);
   const uint flags = params->flags, colours = counters->colourCount;
   Member m = joinTeam(team);
+  ASSERT(m.rank < get_num_groups(0), m.rank, get_num_groups(0));
+  ASSERT(colours <= COLOUR_LIMIT, colours, slotFirst[COLOUR_SERIAL]);
   int stays = 1;
   for (uint repeat = 0; repeat < repeats; ++repeat) {
     for (uint left = sequence; left != 0; left >>= PASS_BITS) {
       const uint passes = left & ((1u << PASS_BITS) - 1);
       for (uint colour = 0; colour < colours && stays; ++colour) {
-        stays = solveColour(&m, slotFirst[colour], slotFirst[colour + 1], passes, flags, slots, masses, bodies, rows,
-                            tangent2, torsion);
+        stays = solveColour(WITH_CHECKS &m, slotFirst[colour], slotFirst[colour + 1], passes, flags, slots, masses,
+                            bodies, rows, tangent2, torsion);
       }
-      stays = stays && solveSerial(&m, slotFirst[COLOUR_SERIAL], slotFirst[COLOUR_SERIAL + 1], passes, flags, slots,
-                                   masses, bodies, rows, tangent2, torsion);
+      stays = stays && solveSerial(WITH_CHECKS &m, slotFirst[COLOUR_SERIAL], slotFirst[COLOUR_SERIAL + 1], passes,
+                                   flags, slots, masses, bodies, rows, tangent2, torsion);
     }
   }
   leaveTeam(&m);
@@ -225,20 +244,20 @@ KERNEL solveInTeam(uint repeats, uint sequence, __global const StepCounters* cou
 #else
 
 // Solves the slots of one parallel colour.
-KERNEL solveColour(uint colour, uint passes, __global const StepCounters* counters, __global const StepParams* params,
-                   __global const uint* slotFirst, __global const SlotHeader* slots,
+KERNEL solveColour(CHECKS uint colour, uint passes, __global const StepCounters* counters,
+                   __global const StepParams* params, __global const uint* slotFirst, __global const SlotHeader* slots,
                    __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                    __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
   const uint first = slotFirst[colour], flags = params->flags;
   FOR_EACH(i, slotFirst[colour + 1] - first) {
-    solveSlot(first + i, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    solveSlot(WITH_CHECKS first + i, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
 }
 
 // Solves all colours from firstColour on, however many there are, one after the other, and then the serial batch, slot
 // by slot. One work group.
-KERNEL solveRest(uint firstColour, uint passes, __global const StepCounters* counters,
+KERNEL solveRest(CHECKS uint firstColour, uint passes, __global const StepCounters* counters,
                  __global const StepParams* params, __global const uint* slotFirst, __global const SlotHeader* slots,
                  __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                  __global float* tangent2, __global float* torsion) {
@@ -247,13 +266,13 @@ KERNEL solveRest(uint firstColour, uint passes, __global const StepCounters* cou
   for (uint colour = firstColour; colour < colours; ++colour) {
     const uint first = slotFirst[colour], end = slotFirst[colour + 1];
     for (uint slot = first + get_local_id(0); slot < end; slot += GROUP_SIZE) {
-      solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+      solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
   }
   if (get_local_id(0) != 0) return;
   for (uint slot = slotFirst[COLOUR_SERIAL]; slot < slotFirst[COLOUR_SERIAL + 1]; ++slot) {
-    solveSlot(slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
 }
 
@@ -283,59 +302,62 @@ static float solveJointRow(JointRow row, JointEffect effect, float impulse, int 
   return clamped;
 }
 
-static void solveJoint(uint j, uint iteration, __global const Joint* joints, __global const JointRow* rows,
+static void solveJoint(CHECKS uint j, uint iteration, __global const Joint* joints, __global const JointRow* rows,
                        __global const JointEffect* effects, __global const uint* jointSolved,
                        __global const SolverMass* masses, __global SolverBody* bodies, __global float* impulses) {
-  const Joint joint = joints[j];
-  if (!jointSolved[j] || (int)iteration >= joint.iterations) return;
+  const Joint joint = AT(joints, j);
+  if (!AT(jointSolved, j) || (int)iteration >= joint.iterations) return;
   SlotHeader h;
   h.bodyA = joint.bodyA;
   h.bodyB = joint.bodyB;
   h.manifold = h.pointCount = 0;
-  SlotBodies s = loadBodies(h, bodies, masses);
+  SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
   for (uint r = joint.firstRow; r < joint.firstRow + joint.rowCount; ++r) {
-    if (effects[r].jac == 0.0f) continue;
-    impulses[r] = solveJointRow(rows[r], effects[r], impulses[r], h.bodyA == h.bodyB, &s);
+    if (AT(effects, r).jac == 0.0f) continue;
+    AT(impulses, r) = solveJointRow(AT(rows, r), AT(effects, r), AT(impulses, r), h.bodyA == h.bodyB, &s);
   }
-  storeBodies(h, &s, bodies);
+  storeBodies(WITH_CHECKS h, &s, bodies);
 }
 
 // Solves the joints order[first ...] of one colour.
-KERNEL solveJointColour(uint iteration, uint first, uint count, __global const StepCounters* counters,
+KERNEL solveJointColour(CHECKS uint iteration, uint first, uint count, __global const StepCounters* counters,
                         __global const uint* order, __global const Joint* joints, __global const JointRow* rows,
                         __global const JointEffect* effects, __global const uint* jointSolved,
                         __global const SolverMass* masses, __global SolverBody* bodies, __global float* impulses) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, count) {
-    solveJoint(order[first + i], iteration, joints, rows, effects, jointSolved, masses, bodies, impulses);
+    solveJoint(WITH_CHECKS AT(order, first + i), iteration, joints, rows, effects, jointSolved, masses, bodies,
+               impulses);
   }
 }
 
 // Solves joints that share bodies, one after the other. Single work item.
-SINGLE_KERNEL solveJointsSerial(uint iteration, uint first, uint count, __global const StepCounters* counters,
-                                __global const uint* order, __global const Joint* joints,
-                                __global const JointRow* rows, __global const JointEffect* effects,
-                                __global const uint* jointSolved, __global const SolverMass* masses,
-                                __global SolverBody* bodies, __global float* impulses) {
+SINGLE_KERNEL solveJointsSerial(CHECKS uint iteration, uint first, uint count, __global const StepCounters* counters,
+                                __global const uint* order, __global const Joint* joints, __global const JointRow* rows,
+                                __global const JointEffect* effects, __global const uint* jointSolved,
+                                __global const SolverMass* masses, __global SolverBody* bodies,
+                                __global float* impulses) {
   RETURN_ON_OVERFLOW(counters);
   for (uint i = first; i < first + count; ++i) {
-    solveJoint(order[i], iteration, joints, rows, effects, jointSolved, masses, bodies, impulses);
+    solveJoint(WITH_CHECKS AT(order, i), iteration, joints, rows, effects, jointSolved, masses, bodies, impulses);
   }
 }
 
 // Accumulated impulses back into the manifolds. Without warm starting Bullet leaves them as they were.
-KERNEL storeImpulses(uint slotCapacity, __global const StepCounters* counters, __global const StepParams* params,
+KERNEL storeImpulses(CHECKS uint slotCapacity, __global const StepCounters* counters, __global const StepParams* params,
                      __global const SlotHeader* slots, __global const float* rows, __global const float* tangent2,
                      __global Manifold* manifolds) {
   RETURN_ON_OVERFLOW(counters);
   if (!(params->flags & STEP_WARM_START)) return;
   FOR_EACH(i, itemCount(slotCapacity, &counters->slotCount)) {
-    const SlotHeader h = slots[i];
+    const SlotHeader h = AT(slots, i);
     if (h.manifold == NO_INDEX) continue;
     for (uint k = 0; k < h.pointCount; ++k) {
       __global const float* p = rows + slotBase(i, SLOT_FIELDS) + k * POINT_FIELDS * BTGPU_LANES;
+      ASSERT_FLOATS(isfinite(loadField(p, ROW_NORMAL_JAC)) && isfinite(loadField(p, ROW_NORMAL_RHS)),
+                    loadField(p, ROW_NORMAL_JAC), loadField(p, ROW_NORMAL_RHS));
       if (loadField(p, ROW_NORMAL_JAC) == 0.0f) continue;
-      __global ContactPoint* point = &manifolds[h.manifold].points[k];
+      __global ContactPoint* point = &AT(manifolds, h.manifold).points[k];
       point->localPointB.w = loadField(p, ROW_NORMAL_IMPULSE);
       point->normalWorldOnB.w = loadField(p, ROW_TANGENT1_IMPULSE);
       if (params->flags & STEP_TWO_FRICTION) {

@@ -10,10 +10,10 @@ static int isFiniteState(BodyPose pose, float4 linear, float4 angular) {
 // Commits the step: velocities from the solver, poses corrected by the split impulse and moved for the time step.
 // The first kernel of the step that changes the persistent state. A body that comes out not finite keeps its old
 // pose, loses its velocity and goes into quarantine, so that it can't spread.
-KERNEL integratePoses(uint bodyCount, __global const StepParams* params, __global StepCounters* counters,
+KERNEL integratePoses(CHECKS uint bodyCount, __global const StepParams* params, __global StepCounters* counters,
                       __global const BodyStep* steps, __global const SolverBody* solverBodies,
-                      __global const uint* solved, __global const BodyActivation* activations,
-                      __global BodyInfo* infos, __global BodyPose* poses, __global BodyVelocity* velocities) {
+                      __global const uint* solved, __global const BodyActivation* activations, __global BodyInfo* infos,
+                      __global BodyPose* poses, __global BodyVelocity* velocities) {
   RETURN_ON_OVERFLOW(counters);
   const float timeStep = params->timeStep;
   FOR_EACH(i, bodyCount) {
@@ -42,6 +42,7 @@ KERNEL integratePoses(uint bodyCount, __global const StepParams* params, __globa
       infos[i].flags = flags | BODY_QUARANTINED;
       atomic_inc(&counters->quarantined);
     }
+    ASSERT_FLOATS(!dynamic || isUnit4(pose.orientation), pose.orientation.x, pose.orientation.w);
     poses[i] = pose;
     velocities[i].linear = linear;
     velocities[i].angular = angular;

@@ -26,15 +26,15 @@ SINGLE_KERNEL countContacts(__global const uint* touchingCount, __global const u
   counters->freshCount = *freshCount;
 }
 
-KERNEL gatherContactKeys(uint count, uint all, __global const uint* touching, __global const ulong* keys,
+KERNEL gatherContactKeys(CHECKS uint count, uint all, __global const uint* touching, __global const ulong* keys,
                          __global const Manifold* manifolds, __global ulong* contactKeys) {
   FOR_EACH(k, count) {
-    const uint i = touching[k];
-    contactKeys[k] = keys[i] | (!all && isCarried(&manifolds[i]) ? CONTACT_CARRIED : 0UL);
+    const uint i = AT(touching, k);
+    AT(contactKeys, k) = AT(keys, i) | (!all && isCarried(&AT(manifolds, i)) ? CONTACT_CARRIED : 0UL);
   }
 }
 
-KERNEL gatherContacts(uint count, __global const uint* fresh, __global const Manifold* manifolds,
+KERNEL gatherContacts(CHECKS uint count, __global const uint* fresh, __global const Manifold* manifolds,
                       __global Manifold* contacts) {
-  FOR_EACH(k, count) contacts[k] = manifolds[fresh[k]];
+  FOR_EACH(k, count) AT(contacts, k) = AT(manifolds, AT(fresh, k));
 }
