@@ -56,13 +56,15 @@ Kernel::Kernel(ComputeDevice& device, const std::string& file, const std::string
   }
   m_argumentTypes = argumentTypes(m_kernel, m_argumentCount);
   if (device.debugKernels()) {
-    m_first = m_argumentTypes.empty() || m_argumentTypes.front() == "DebugRecord*" ? 1 : 0;
+    m_debug = true;
+    m_first = !m_argumentTypes.empty() && m_argumentTypes.front() == "DebugRecord*" ? 1 : 0;
     m_parameters = argumentNames(m_kernel, m_first, m_argumentCount);
   }
   m_bound.resize(m_argumentCount);
 }
 
-void Kernel::checkCount(size_t given) const {
+void Kernel::checkCount(size_t given) {
+  if (m_debug && m_argumentTypes.empty()) m_first = m_argumentCount == given + 1 ? 1 : 0;
   if (given == m_argumentCount - m_first) return;
   throw OpenClError(OpenClError::Kind::General, fmt::format("kernel {} takes {} arguments, {} were bound", m_name,
                                                             m_argumentCount - m_first, given));

@@ -48,7 +48,7 @@ class Kernel {
 
  private:
   void launchRecorded(Queue& queue, const Launch& launch);
-  void checkCount(size_t given) const;
+  void checkCount(size_t given);
   void checkType(const char* typeName, bool pointer) const;
 
   template <typename T>
@@ -125,6 +125,7 @@ class Kernel {
   std::vector<std::string> m_parameters;  // names of the arguments; only of debug builds
   unsigned m_argumentCount = 0, m_next = 0;
   unsigned m_first = 0;  // 1 if the kernel takes a DebugRecord before its arguments
+  bool m_debug = false;  // built so
 };
 
 }  // namespace btgpu
