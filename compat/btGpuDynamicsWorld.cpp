@@ -147,8 +147,10 @@ void keepStatistics(WorldState& state) {
     sayOnce(state.results.recoveredFrom + "; the step was done again");
   }
   if (state.results.failedAssertions > 0) {
-    sayOnce(state.results.firstAssertion);
-    if (s.m_failedAssertions == 0) s.m_firstAssertion = state.results.firstAssertion;
+    if (s.m_failedAssertions == 0) {
+      s.m_firstAssertion = state.results.firstAssertion;
+      sayOnce(s.m_firstAssertion);
+    }
     s.m_failedAssertions += state.results.failedAssertions;
   }
   s.m_repeatedSteps += static_cast<unsigned long long>(state.results.redos);
