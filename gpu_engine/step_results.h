@@ -63,19 +63,13 @@ struct StepResults {
   int redos = 0;              // how often the step was repeated because an array was too small
   int launches = 0;           // kernels launched
   int waits = 0;              // times the host waited for the device
-<<<<<<< HEAD
-  // With EngineSettings::checkStages: the first difference of the step, if there is one.
-  std::vector<StageDifference> differences;
-  unsigned long failedAssertions = 0;  // of kernels that check themselves, since the results before
-  std::string firstAssertion;          // of these, in one line
-  std::string recoveredFrom;  // the error of a call that failed, if the step was done again because of it
-=======
   std::string recoveredFrom;  // the error of a call that failed, if the step was done again because of it
 
+  // With EngineSettings::checkStages: the first difference of the step, if there is one.
+  std::vector<StageDifference> differences;
   // Of kernels that check themselves (docs/debugging.md), since the results before.
   unsigned long failedAssertions = 0;
   std::string firstAssertion;  // in one line
->>>>>>> c9b4037 (Debug build: small touches in the shared headers; the test says what it does)
 };
 
 }  // namespace btgpu
