@@ -42,6 +42,7 @@ item_long_tests() {
 item_clang() {
   local folders=(lib primitives opencl regression stages translation)
   scripts/setup.sh clang
+  scripts/check_kernels.sh
   build ci-clang btgpu btgpu-float64 btgpu_engine btgpu_tool "${folders[@]/#/tests_}"
   ctest --test-dir build/ci-clang --output-on-failure --tests-regex "^($(IFS='|'; echo "${folders[*]}"))/" \
     --label-exclude 'long|oclgrind' -j 2
