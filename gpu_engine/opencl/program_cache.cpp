@@ -96,9 +96,11 @@ cl::Program ProgramCache::get(const std::string& file, const std::string& option
 
   const auto start = std::chrono::steady_clock::now();
   cl::Program program;
-  if (!load(key, program)) {
+  // A debug build needs the names of the kernels' parameters, which drivers may lose in a binary.
+  const bool kept = !m_device.debugKernels();
+  if (!kept || !load(key, program)) {
     program = build(file, source, allOptions);
-    m_unsaved.push_back({key, program});
+    if (kept) m_unsaved.push_back({key, program});
     ++m_statistics.built;
   }
   m_statistics.buildSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
