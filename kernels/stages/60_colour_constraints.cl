@@ -31,7 +31,7 @@ KERNEL colourInit(CHECKS uint bodyCount, uint constraintCapacity, __global StepC
     header.bodyB = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyB);
     header.manifold = manifold;
     header.pointCount = AT(manifolds, manifold).pointCount;
-    ASSERT(header.pointCount > 0 && header.pointCount <= MANIFOLD_POINTS, header.pointCount, manifold);
+    ASSERT(header.pointCount <= MANIFOLD_POINTS, header.pointCount, manifold);
     AT(headers, c) = header;
     AT(colours, c) = COLOUR_NONE;
     AT(order, c) = c;
