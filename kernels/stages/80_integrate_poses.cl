@@ -42,7 +42,8 @@ KERNEL integratePoses(CHECKS uint bodyCount, __global const StepParams* params, 
       infos[i].flags = flags | BODY_QUARANTINED;
       atomic_inc(&counters->quarantined);
     }
-    ASSERT_FLOATS(!dynamic || isUnit4(pose.orientation), pose.orientation.x, pose.orientation.w);
+    ASSERT_FLOATS(!dynamic || !isFinite4(pose.orientation) || isUnit4(pose.orientation), pose.orientation.x,
+                  pose.orientation.w);
     poses[i] = pose;
     velocities[i].linear = linear;
     velocities[i].angular = angular;
