@@ -139,9 +139,10 @@ struct btGpuStatistics {
   unsigned long long m_prefetchedSteps = 0;
   unsigned long long m_repeatedSteps = 0;   ///< steps done twice because an array on the device was too small
   unsigned long long m_recoveredSteps = 0;  ///< steps done twice because a call of OpenCL failed, and then did not
-  /// Steps in which a stage was off its reference by more than its contract (btGpuSettings::m_checkStages), and the first.
+  /// Steps in which a stage was off its reference by more than its contract (btGpuSettings::m_checkStages), and the
+  /// first.
   unsigned long long m_stageDifferences = 0;
-  std::string m_firstStageDifference;  ///< "step 12, 46_clip_faces: pair 88 (bodies 3 and 9): ..."
+  std::string m_firstStageDifference;         ///< "step 12, 46_clip_faces: pair 88 (bodies 3 and 9): ..."
   unsigned long long m_failedAssertions = 0;  ///< of kernels that check themselves (btGpuSettings::m_debugKernels)
   std::string m_firstAssertion;               ///< the first of these, in words
   unsigned m_pairs = 0, m_contactManifolds = 0, m_contactPoints = 0, m_colours = 0;

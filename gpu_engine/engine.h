@@ -33,8 +33,8 @@ enum class Status {
 };
 
 struct EngineSettings {
-  std::string device;    // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
-  bool profile = false;  // time each stage (slows the step)
+  std::string device;         // index, part of the name, "cpu" or "gpu"; empty: BTGPU_DEVICE, else the first
+  bool profile = false;       // time each stage (slows the step)
   bool debugKernels = false;  // kernels that check themselves (slow); so does BTGPU_DEBUG_KERNELS=1
   size_t bodyCapacity = 0, pairCapacity = 0;  // room to start with; grown as needed
   // Numbers or names of stages, "30,70": these run as their references, on the host. Empty: BTGPU_HOST_STAGES.
@@ -66,8 +66,9 @@ class Engine {
   virtual ~Engine() = default;
 
   // Takes over what changed in `input` and starts the step; returns while the device works. `input` must stay as
-  // it is until finishStep returns. If a call of OpenCL fails, here or in finishStep, the step is done again once. With StepSettings::substepsToFollow the device goes on with the next substep; that
-  // is thrown away if the next beginStep comes with changes or with other settings.
+  // it is until finishStep returns. If a call of OpenCL fails, here or in finishStep, the step is done again once. With
+  // StepSettings::substepsToFollow the device goes on with the next substep; that is thrown away if the next beginStep
+  // comes with changes or with other settings.
   virtual Status beginStep(const WorldInput& input, const StepSettings& settings) noexcept = 0;
   // Waits for the step that was begun and brings the results.
   virtual Status finishStep(StepResults& results) noexcept = 0;

@@ -163,8 +163,9 @@ void WorldEngine::throwAheadAway() {
 // Whether the next substep can be known to start from nothing but what this one leaves on the device.
 bool WorldEngine::mayRunAhead(const WorldInput& input) const {
   const StepSettings& s = m_flights[m_current].settings;
-  return s.substepsToFollow > 0 && m_aheadAllowed && !m_hostStages.any() && !s.keepContacts && input.bodyCount > 0 && input.born.empty() &&
-         !input.replaceManifolds && input.joints.empty() && input.hostManifolds.empty() && input.hostAabbs.empty();
+  return s.substepsToFollow > 0 && m_aheadAllowed && !m_hostStages.any() && !s.keepContacts && input.bodyCount > 0 &&
+         input.born.empty() && !input.replaceManifolds && input.joints.empty() && input.hostManifolds.empty() &&
+         input.hostAabbs.empty();
 }
 
 void WorldEngine::runAhead() {

@@ -39,7 +39,7 @@ Capture emptyCapture(const ComputeDevice& device, const char* stage, long step) 
 }
 
 std::string fileFor(const Capture& capture, const std::string& path) {
-  const std::string name = fmt::format("btgpu-{}-{}.btgpucap", capture.stage, capture.step);
+  std::string name = fmt::format("btgpu-{}-{}.btgpucap", capture.stage, capture.step);
   if (path.empty()) return name;
   std::error_code ignored;
   return std::filesystem::is_directory(path, ignored) ? (std::filesystem::path(path) / name).string() : path;

@@ -7,7 +7,8 @@
 
 namespace btgpu {
 
-// The counters that a substep starts with, from those of the one before: all zero, and halted unless that one was whole.
+// The counters that a substep starts with, from those of the one before: all zero, and halted unless that one was
+// whole.
 inline StepCounters followSubstepReference(const StepCounters& before) {
   StepCounters counters{};
   counters.overflow = before.overflow != 0 || before.quarantined != 0 ? OVERFLOW_BEFORE : 0;

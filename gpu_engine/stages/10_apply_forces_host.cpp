@@ -14,8 +14,9 @@ class HostApplyForces : public HostStage {
     DeviceWorld& w = io.world;
     m_params = io.params();
     m_masses = io.readBodies(w.masses);
-    m_steps = applyForcesReference(m_params, io.readBodies(w.infos), io.readBodies(w.poses), io.readBodies(w.velocities),
-                                   io.readBodies(w.forces), m_masses, io.readBodies(w.dampings));
+    m_steps =
+        applyForcesReference(m_params, io.readBodies(w.infos), io.readBodies(w.poses), io.readBodies(w.velocities),
+                             io.readBodies(w.forces), m_masses, io.readBodies(w.dampings));
   }
   void store(StageIo& io) override { io.write(io.world.steps, m_steps); }
   void check(StageIo& io, Contract& contract) override {

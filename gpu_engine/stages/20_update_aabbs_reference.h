@@ -24,8 +24,7 @@ struct UpdatedAabbs {
 UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
                                   const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
                                   const std::vector<BodyStep>& steps, const std::vector<BodyActivation>& activations,
-                                  const std::vector<Aabb>& oldAabbs,
-                                  const std::vector<Aabb>& hostAabbs = {});
+                                  const std::vector<Aabb>& oldAabbs, const std::vector<Aabb>& hostAabbs = {});
 
 void checkUpdatedAabbs(Contract& contract, const UpdatedAabbs& device, const UpdatedAabbs& expected);
 

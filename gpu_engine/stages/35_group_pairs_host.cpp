@@ -12,9 +12,10 @@ class HostGroupPairs : public HostStage {
 
   void compute(StageIo& io) override {
     DeviceWorld& w = io.world;
-    m_expected = groupPairsReference(io.read(w.keys, io.pairCount()), io.read(w.oldKeys, io.read(w.oldPairCount, 1).at(0)),
-                                     io.readBodies(w.infos), io.read(w.shapes), io.readBodies(w.stepActivations),
-                                     io.readBodies(w.born), io.read(w.ignoredPairs, w.ignoredCount));
+    m_expected =
+        groupPairsReference(io.read(w.keys, io.pairCount()), io.read(w.oldKeys, io.read(w.oldPairCount, 1).at(0)),
+                            io.readBodies(w.infos), io.read(w.shapes), io.readBodies(w.stepActivations),
+                            io.readBodies(w.born), io.read(w.ignoredPairs, w.ignoredCount));
   }
   void store(StageIo& io) override {
     io.write(io.world.pairs, m_expected.pairs);

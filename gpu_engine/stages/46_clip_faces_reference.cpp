@@ -169,9 +169,10 @@ bool hasTwoFeatures(const BodyPose& poseA, const BodyPose& poseB, const Separati
     return false;
   }
   const Matrix& incident = axis.code < 3 ? rb : ra;
-  double sizes[3] = {facing(incident, 0), facing(incident, 1), facing(incident, 2)};
-  std::sort(sizes, sizes + 3);
-  return sizes[2] - sizes[1] < kTie;
+  const double x = facing(incident, 0), y = facing(incident, 1), z = facing(incident, 2);
+  const double largest = std::max({x, y, z});
+  const double second = std::max({std::min(x, y), std::min(y, z), std::min(z, x)});
+  return largest - second < kTie;
 }
 
 void clipFacesReference(const PairArrays& in, const std::vector<uint>& overlapping,

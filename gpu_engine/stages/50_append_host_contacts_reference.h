@@ -10,8 +10,9 @@
 
 namespace btgpu {
 
-// Puts the host's manifolds behind those of counters.pairCount pairs in `manifolds`, whose length is the capacity at most.
-// Returns how many there are in all; if that is more than the capacity, the overflow is noted and nothing is written.
+// Puts the host's manifolds behind those of counters.pairCount pairs in `manifolds`, whose length is the capacity at
+// most. Returns how many there are in all; if that is more than the capacity, the overflow is noted and nothing is
+// written.
 uint appendHostContactsReference(size_t capacity, const std::vector<Manifold>& hostManifolds, StepCounters& counters,
                                  std::vector<Manifold>& manifolds);
 

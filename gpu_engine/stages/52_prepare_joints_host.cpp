@@ -16,7 +16,8 @@ class HostPrepareJoints : public HostStage {
   }
   void store(StageIo& io) override {
     std::vector<JointEffect> effects;
-    for (const JointEffectReference& e : m_expected) effects.push_back({static_cast<float>(e.jac), static_cast<float>(e.rhs)});
+    for (const JointEffectReference& e : m_expected)
+      effects.push_back({static_cast<float>(e.jac), static_cast<float>(e.rhs)});
     io.write(io.world.jointEffects, effects);
     io.write(io.world.jointImpulses, std::vector<float>(effects.size(), 0.0f));
   }

@@ -74,8 +74,8 @@ std::vector<JointEffectReference> prepareJointsReference(const std::vector<Joint
   return effects;
 }
 
-void checkPreparedJoints(Contract& contract, const std::vector<JointEffect>& device,
-                         const std::vector<float>& impulses, const std::vector<JointEffectReference>& expected) {
+void checkPreparedJoints(Contract& contract, const std::vector<JointEffect>& device, const std::vector<float>& impulses,
+                         const std::vector<JointEffectReference>& expected) {
   constexpr double kRoundings = 32.0 / 16777216;  // the contract
   for (size_t r = 0; r < expected.size(); ++r) {
     const JointEffectReference& e = expected[r];

@@ -23,7 +23,7 @@ std::vector<JointEffectReference> prepareJointsReference(const std::vector<Joint
                                                          const std::vector<JointRow>& rows,
                                                          const std::vector<BodyStep>& steps);
 
-void checkPreparedJoints(Contract& contract, const std::vector<JointEffect>& device,
-                         const std::vector<float>& impulses, const std::vector<JointEffectReference>& expected);
+void checkPreparedJoints(Contract& contract, const std::vector<JointEffect>& device, const std::vector<float>& impulses,
+                         const std::vector<JointEffectReference>& expected);
 
 }  // namespace btgpu

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// How far float rows may be off, from what goes into them. A float operation is off by half an ulp, that is by kRounding
-// of its result; a chain of n operations by n times that, relative to the largest value on the way.
+// How far float rows may be off, from what goes into them. A float operation is off by half an ulp, that is by
+// kRounding of its result; a chain of n operations by n times that, relative to the largest value on the way.
 #include <limits>
 
 #include "65_prepare_contacts_reference.h"
@@ -109,7 +109,8 @@ void checkTangent(const StepParams& p, const PointScale& s, double direction, co
   // The direction enters the compliance twice.
   const double jacError = jacLimit(p, s, jac) + 2 * direction * s.compliance * jac * jac / p.sor;
   f.near(jacAt, jacError, jacName);
-  f.near(jacAt + 1, jac > 0 ? jacError / jac * std::fabs(rhs) + jac * (kVelocity + direction) * s.velocity : 0, rhsName);
+  f.near(jacAt + 1, jac > 0 ? jacError / jac * std::fabs(rhs) + jac * (kVelocity + direction) * s.velocity : 0,
+         rhsName);
   f.near(jacAt + 2, 0, impulseName);
 }
 

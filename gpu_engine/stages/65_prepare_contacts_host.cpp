@@ -38,11 +38,11 @@ class HostPrepareContacts : public HostStage {
   }
   void check(StageIo& io, Contract& contract) override {
     DeviceWorld& w = io.world;
-    checkPreparedContacts(contract, m_in, m_before,
-                          {io.readBodies(w.solverBodies), io.readBodies(w.solverMasses),
-                           io.read(w.manifolds, m_before.size()), io.read(w.rows), io.read(w.tangent2),
-                           io.read(w.torsion)},
-                          m_expected);
+    checkPreparedContacts(
+        contract, m_in, m_before,
+        {io.readBodies(w.solverBodies), io.readBodies(w.solverMasses), io.read(w.manifolds, m_before.size()),
+         io.read(w.rows), io.read(w.tangent2), io.read(w.torsion)},
+        m_expected);
   }
 
  private:

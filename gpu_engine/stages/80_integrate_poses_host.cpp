@@ -17,8 +17,8 @@ class HostIntegratePoses : public HostStage {
     m_solverBodies = io.readBodies(w.solverBodies);
     m_before = read(io);
     m_expected = m_before;
-    integratePosesReference(m_params, m_steps, m_solverBodies, io.readBodies(w.solved), io.readBodies(w.stepActivations),
-                            m_expected);
+    integratePosesReference(m_params, m_steps, m_solverBodies, io.readBodies(w.solved),
+                            io.readBodies(w.stepActivations), m_expected);
   }
   void store(StageIo& io) override {
     io.write(io.world.infos, m_expected.infos);

@@ -105,8 +105,8 @@ void checkPose(Contract& c, float timeStep, const SolverBody& solver, const Body
 // Velocities that are not finite go in, and out only of what is in quarantine.
 void checkVelocity(Contract& c, const BodyStep& step, const SolverBody& solver, const BodyVelocity& before,
                    const BodyVelocity& device, const BodyVelocity& expected) {
-  const double linear = sizeOf(before.linear) + sizeOf(step.linearVelocity) + sizeOf(step.externalLinear) +
-                        sizeOf(solver.deltaLinear);
+  const double linear =
+      sizeOf(before.linear) + sizeOf(step.linearVelocity) + sizeOf(step.externalLinear) + sizeOf(solver.deltaLinear);
   const double angular = sizeOf(before.angular) + sizeOf(step.angularVelocity) + sizeOf(step.externalAngular) +
                          sizeOf(solver.deltaAngular);
   const bool finite = std::isfinite(linear) && std::isfinite(angular);

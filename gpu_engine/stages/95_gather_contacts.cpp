@@ -48,7 +48,8 @@ void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, StepResults&
     return;
   }
   m_contacts.resize(queue, fresh);
-  m_gather.launch(queue, queue.device().grid(fresh), static_cast<uint>(fresh), world.fresh, world.manifolds, m_contacts);
+  m_gather.launch(queue, queue.device().grid(fresh), static_cast<uint>(fresh), world.fresh, world.manifolds,
+                  m_contacts);
   m_view.map(queue, m_contacts, fresh);
   results.contacts = {m_view.data(), fresh};
 }

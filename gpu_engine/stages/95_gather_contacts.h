@@ -9,7 +9,8 @@
 namespace btgpu {
 
 // The contacts that the host wants to see (StepSettings::contacts): those with points, in pair order. Reads keys and
-// manifolds; writes touching[] and fresh[]. In two halves, since only the counters of the finished step tell how many there are.
+// manifolds; writes touching[] and fresh[]. In two halves, since only the counters of the finished step tell how many
+// there are.
 class GatherContacts {
  public:
   explicit GatherContacts(ComputeDevice& device);

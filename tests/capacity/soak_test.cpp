@@ -28,8 +28,8 @@ void CL_CALLBACK bufferGone(cl_mem, void* size) { bufferBytes -= static_cast<lon
 
 // Found by the engine's plugin before libOpenCL's own.
 extern "C" cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* error) {
-  static const auto real =
-      reinterpret_cast<decltype(&clCreateBuffer)>(dlsym(dlopen("libOpenCL.so.1", RTLD_NOW | RTLD_LOCAL), "clCreateBuffer"));
+  static const auto real = reinterpret_cast<decltype(&clCreateBuffer)>(
+      dlsym(dlopen("libOpenCL.so.1", RTLD_NOW | RTLD_LOCAL), "clCreateBuffer"));
   const cl_mem buffer = real(context, flags, size, host, error);
   if (buffer) {
     btgpu::test::bufferBytes += static_cast<long>(size);

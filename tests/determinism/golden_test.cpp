@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// The bits of every built-in scene, as they were when somebody looked at them last (tests/data/golden_hashes.json). They
-// hold for one device with one driver and one instruction set: what is not in the file is skipped by name, and prints the
-// entry that a person may add after looking at `btgpu compare`. A change of kernels that is meant to change bits changes
-// the file in the same commit.
+// The bits of every built-in scene, as they were when somebody looked at them last (tests/data/golden_hashes.json).
+// They hold for one device with one driver and one instruction set: what is not in the file is skipped by name, and
+// prints the entry that a person may add after looking at `btgpu compare`. A change of kernels that is meant to change
+// bits changes the file in the same commit.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -166,7 +166,8 @@ TEST(Determinism, TwoWorldsInTurns) {
   EXPECT_EQ(b.outcome().hash, mixed().hash);
 }
 
-// Bodies 20, 30 and 40 of a stack go in one order or the other, between the same steps, and come back in one or the other.
+// Bodies 20, 30 and 40 of a stack go in one order or the other, between the same steps, and come back in one or the
+// other.
 std::uint64_t hashOfExchange(const std::vector<size_t>& going, const std::vector<size_t>& coming) {
   HashedRun run(kStack);
   run.step(60);
@@ -188,7 +189,8 @@ TEST(Determinism, RemovedInAnotherOrder) {
   const std::uint64_t expected = hashOfExchange({20, 30, 40}, {20, 30, 40});
   EXPECT_EQ(hashOfExchange({40, 20, 30}, {20, 30, 40}), expected);
   EXPECT_EQ(hashOfExchange({30, 40, 20}, {20, 30, 40}), expected);
-  EXPECT_NE(hashOfExchange({20, 30, 40}, {40, 30, 20}), expected) << "as in stock, the order of adding is part of the world";
+  EXPECT_NE(hashOfExchange({20, 30, 40}, {40, 30, 20}), expected)
+      << "as in stock, the order of adding is part of the world";
 }
 
 // Settings that are made again between steps.

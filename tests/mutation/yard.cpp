@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// An application linked with btgpu that knows nothing of its checks, with something in it for each of the planted faults
-// (tests/mutation/run.sh) to spoil: materials that differ, free spin under torque, damping, gravity of its own, filters,
-// deep overlaps, sleeping stacks that are hit, a kinematic pusher, bodies that go and others that take their place.
+// An application linked with btgpu that knows nothing of its checks, with something in it for each of the planted
+// faults (tests/mutation/run.sh) to spoil: materials that differ, free spin under torque, damping, gravity of its own,
+// filters, deep overlaps, sleeping stacks that are hit, a kinematic pusher, bodies that go and others that take their
+// place.
 //   mutation_yard STEPS
 #include <cstdio>
 #include <cstdlib>
@@ -113,9 +114,7 @@ class Yard {
   void addSleepers() {
     btBoxShape* crate = m_objects.box(v(0.4, 0.4, 0.4));
     for (int k = 0; k < 3; ++k) {
-      for (int y = 0; y < 3; ++y) {
-        add(1, crate, v(26, 0.4 + 0.8 * y, 4 * k))->forceActivationState(ISLAND_SLEEPING);
-      }
+      for (int y = 0; y < 3; ++y) { add(1, crate, v(26, 0.4 + 0.8 * y, 4 * k))->forceActivationState(ISLAND_SLEEPING); }
       add(3, m_objects.sphere(s(0.3)), v(26.1, 3.5 + 2 * k, 4 * k))->setLinearVelocity(v(0, -4, 0));
     }
   }
@@ -124,7 +123,8 @@ class Yard {
     btCapsuleShape* capsule = m_objects.capsule(s(0.3), s(0.8));
     btConvexHullShape* drum = m_objects.hull(scenes::prism(8, 0.5, 0.4));
     for (int k = 0; k < 5; ++k) {
-      const btTransform turned(btQuaternion(v(1, 0.2 * k, 0.5).normalized(), s(0.4 * k + 0.2)), v(-20, 0.9 + k, 1.1 * k));
+      const btTransform turned(btQuaternion(v(1, 0.2 * k, 0.5).normalized(), s(0.4 * k + 0.2)),
+                               v(-20, 0.9 + k, 1.1 * k));
       m_objects.add(1, capsule, turned)->setRollingFriction(s(0.1));
       m_objects.add(1, drum, btTransform(turned.getRotation(), turned.getOrigin() + v(1.2, 0.1, 0)));
     }

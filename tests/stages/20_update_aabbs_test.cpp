@@ -362,8 +362,8 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
     StepSettings settings;
     settings.useContinuous = continuous;
     const auto out =
-        updateAabbsReference(makeStepParams(settings, false), in.infos.values, in.shapes.values, in.poses.values,
-                             steps, in.activations.values, std::vector<Aabb>(in.bodyCount, kNone));
+        updateAabbsReference(makeStepParams(settings, false), in.infos.values, in.shapes.values, in.poses.values, steps,
+                             in.activations.values, std::vector<Aabb>(in.bodyCount, kNone));
     EXPECT_EQ(out.outOfBounds, 1u);
     for (uint i = 0; i < in.bodyCount; ++i) {
       const btBroadphaseProxy* proxy = bodies[i]->getBroadphaseHandle();

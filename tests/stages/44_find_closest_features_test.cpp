@@ -86,8 +86,8 @@ TEST_F(FindClosestFeaturesTest, AnyStartSmall) {
   expectAsReference(p);
 }
 
-// Crates and prisms almost flat on each other, a millimetre in ten thousand: the search for the nearest point stands still
-// here before its axis is found, in four of 20,000.
+// Crates and prisms almost flat on each other, a millimetre in ten thousand: the search for the nearest point stands
+// still here before its axis is found, in four of 20,000.
 TEST_F(FindClosestFeaturesTest, AlmostFlat) {
   PairWorld p;
   std::vector<float4> corners;

@@ -12,7 +12,8 @@ namespace btgpu {
 
 class RoomyWorld {
  public:
-  RoomyWorld(Queue& queue, const Capacities& room) : m_queue(queue), m_room(room), m_pipeline(queue.device(), m_noHostStages) {}
+  RoomyWorld(Queue& queue, const Capacities& room)
+      : m_queue(queue), m_room(room), m_pipeline(queue.device(), m_noHostStages) {}
 
   // One step, as WorldEngine does it up to the point where it would look for an overflow.
   StepResults step(const WorldInput& input, const StepSettings& settings) {

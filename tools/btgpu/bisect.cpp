@@ -30,7 +30,8 @@ BisectResult bisect(const std::string& name, const Builder& build, const Compare
 std::string toText(const BisectResult& r) {
   if (!r.difference.empty()) return r.difference + "\n";
   if (r.pass()) {
-    return fmt::format("{}: {} steps on {}: every stage of every step is within its contract\n", r.scene, r.steps, r.device);
+    return fmt::format("{}: {} steps on {}: every stage of every step is within its contract\n", r.scene, r.steps,
+                       r.device);
   }
   std::string text = fmt::format("{}: step {} ran on the stock path, where there are no stages\n", r.scene, r.steps);
   for (const auto& f : r.fallbacks) text += fmt::format("  {} ({})\n", f.m_what, f.m_reason);

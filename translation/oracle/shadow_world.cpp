@@ -115,9 +115,10 @@ ShadowWorld::ShadowWorld() : m_fixed(btRigidBody::btRigidBodyConstructionInfo(0,
 
 ShadowWorld::~ShadowWorld() {
   m_constraints.clear();
+  m_nonStaticRigidBodies.resize(0);
   // Nothing here looks at shapes: the application may have destroyed them by now.
   for (Clone& clone : m_clones) {
-    if (clone.object) btCollisionWorld::removeCollisionObject(clone.object.get());
+    if (clone.object) btDiscreteDynamicsWorld::removeCollisionObject(clone.object.get());
   }
 }
 
@@ -153,9 +154,10 @@ void ShadowWorld::follow(btDiscreteDynamicsWorld& world, const WorldReader& read
   m_ignoredPairs = input.ignoredPairs;
   m_constraints.clear();
   m_joints.clear();
+  // Made anew below; empty, so that nothing that is removed is looked for in it.
+  m_nonStaticRigidBodies.resize(0);
   removeStale(wanted);
   m_clones.resize(wanted.size());
-  m_nonStaticRigidBodies.resize(0);
   std::vector<btCollisionObject*> objects(wanted.size(), nullptr);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (!wanted[i].original) continue;
@@ -176,7 +178,7 @@ void ShadowWorld::removeStale(const std::vector<Clone>& wanted) {
   for (std::size_t i = 0; i < m_clones.size(); ++i) {
     Clone& clone = m_clones[i];
     if (!clone.object || (i < wanted.size() && wanted[i].original && sameObject(clone, wanted[i]))) continue;
-    btCollisionWorld::removeCollisionObject(clone.object.get());
+    btDiscreteDynamicsWorld::removeCollisionObject(clone.object.get());
     clone = Clone();
   }
 }
@@ -190,7 +192,7 @@ void ShadowWorld::add(Clone& clone) {
   copyTo(*clone.object, *clone.original);
   // The order of two bodies in a manifold is that of their proxies' ids.
   pairFinder().m_gid = clone.uniqueId - 1;
-  btCollisionWorld::addCollisionObject(clone.object.get(), clone.group, clone.mask);
+  btDiscreteDynamicsWorld::addCollisionObject(clone.object.get(), clone.group, clone.mask);
 }
 
 void ShadowWorld::followSettings(btDiscreteDynamicsWorld& world) {
