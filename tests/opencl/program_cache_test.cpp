@@ -320,7 +320,7 @@ TEST_F(BuildErrorTest, NamesTheIncludedFile) {
 
 // Behind includes that include others the line numbers are right again.
 TEST_F(BuildErrorTest, NamesTheLineBehindIncludes) {
-  const int line = breakLine("kernels/stages/44_find_separating_axis.cl", "axes[k] = axis;", "    axes[k] = axiz;");
+  const int line = breakLine("kernels/stages/44_find_separating_axis.cl", "= axis;", "    AT(axes, k) = axiz;");
   expectBuildError("stages/44_find_separating_axis.cl", "kernels/stages/44_find_separating_axis.cl", line);
 }
 
