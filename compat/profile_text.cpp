@@ -83,7 +83,7 @@ void writeTrace(std::FILE* file, const ProfileData& data) {
     fmt::print(file,
                "{{\"ph\":\"X\",\"cat\":\"device\",\"name\":{},\"pid\":{},\"tid\":{},\"ts\":{:.3f},\"dur\":{:.3f},"
                "\"args\":{{\"stage\":{},\"kernel\":{},\"queuedUs\":{:.3f},\"submittedUs\":{:.3f}}}}},\n",
-               quoted(stage + " " + kernel), kDevice, s.device, microseconds(s.started),
+               quoted(fmt::format("{} {}", stage, kernel)), kDevice, s.device, microseconds(s.started),
                microseconds(s.ended - s.started), quoted(stage), quoted(kernel), microseconds(s.queued),
                microseconds(s.submitted));
   }
@@ -103,9 +103,9 @@ std::string toCsv(const ProfileData& data) {
   }
   for (const auto& l : data.launches) {
     const std::string stage = data.name(l.stage), kernel = data.name(l.kernel);
-    text += fmt::format("device,{},{},1,{},{:.6f},{:.6f},{:.6f},{:.6f}\n", csvField(stage + "/" + kernel),
-                        csvField(kernel), l.count, milliseconds(l.total), perStep(milliseconds(l.total)),
-                        milliseconds(l.total), shareOf(l.total, device));
+    text += fmt::format("device,{},{},1,{},{:.6f},{:.6f},{:.6f},{:.6f}\n",
+                        csvField(fmt::format("{}/{}", stage, kernel)), csvField(kernel), l.count, milliseconds(l.total),
+                        perStep(milliseconds(l.total)), milliseconds(l.total), shareOf(l.total, device));
   }
   return text;
 }
@@ -114,14 +114,14 @@ std::vector<int> treeOrder(const ProfileData& data) {
   std::vector<std::vector<int>> children(data.nodes.size() + 1);
   for (std::size_t i = 0; i < data.nodes.size(); ++i) {
     const int parent = data.nodes[i].parent;
-    children[static_cast<std::size_t>(parent + 1)].push_back(static_cast<int>(i));
+    children[static_cast<std::size_t>(parent) + 1].push_back(static_cast<int>(i));
   }
   std::vector<int> order, open(children[0].rbegin(), children[0].rend());
   while (!open.empty()) {
     const int node = open.back();
     open.pop_back();
     order.push_back(node);
-    const auto& inside = children[static_cast<std::size_t>(node + 1)];
+    const auto& inside = children[static_cast<std::size_t>(node) + 1];
     open.insert(open.end(), inside.rbegin(), inside.rend());
   }
   return order;
