@@ -196,17 +196,17 @@ void DeviceWorld::spoilStepArrays(Queue& queue) {
 }
 
 void DeviceWorld::swapStepResults() {
-  std::swap(oldAabbs, aabbs);
-  std::swap(oldKeys, keys);
-  std::swap(oldPairCount, pairCount);
-  std::swap(oldManifolds, manifolds);
+  swap(oldAabbs, aabbs);
+  swap(oldKeys, keys);
+  swap(oldPairCount, pairCount);
+  swap(oldManifolds, manifolds);
 }
 
 void DeviceWorld::swapWithSpare() {
-  std::swap(aabbs, spareAabbs);
-  std::swap(keys, sparePairKeys);
-  std::swap(pairCount, sparePairCount);
-  std::swap(manifolds, spareManifolds);
+  swap(aabbs, spareAabbs);
+  swap(keys, sparePairKeys);
+  swap(pairCount, sparePairCount);
+  swap(manifolds, spareManifolds);
 }
 
 void DeviceWorld::advance(Queue& queue) {

@@ -117,6 +117,21 @@ struct DeviceWorld {
   size_t bodyCount = 0;
   uint hostManifoldCount = 0;
 
+  // f(array) for each of the above.
+  template <typename F>
+  void forEachArray(const F& f) const {
+    const auto all = [&](const auto&... arrays) { (f(arrays), ...); };
+    all(infos, poses, velocities, activations, forces, masses, materials, dampings, shapes, hostAabbs);
+    all(hullVertices, hullFaces, hullCorners, hullEdges);
+    all(oldAabbs, oldKeys, oldPairCount, oldManifolds, spareAabbs, sparePairKeys, sparePairCount, spareManifolds);
+    all(born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
+    all(keys, pairCount, pairs, items, bucketFirst, contacts, axes, overlapping, overlapCount);
+    all(closest, nearPairs, nearCount, manifolds, hostManifolds, manifoldCount, matchedManifolds);
+    all(constraints, constraintCount, touching, fresh, ignoredPairs);
+    all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved);
+    all(slotFirst, slots, rows, tangent2, torsion, solverTeam, params, counters);
+  }
+
   // Makes every array as long as `wanted` asks for. Contents of the one-step arrays are lost.
   void reserve(Queue& queue, const Capacities& wanted, bool twoFriction, bool torsionRows);
 

@@ -15,7 +15,7 @@
 namespace btgpu {
 
 // Changes whenever anything in this header or in the headers it includes changes its layout.
-inline constexpr int kEngineAbi = 10;
+inline constexpr int kEngineAbi = 11;
 // Name of the factory in the plugin: EngineFactory.
 inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
 inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
@@ -97,10 +97,11 @@ using DeviceLister = Status (*)(int abi, std::vector<EngineInfo>* devices);
 // What came of a captured stage that was run again (docs/capture.md).
 struct ReplayReport {
   bool sameDevice = false;  // as the one that it was captured on, driver included
-  int differentArrays = 0;
-  std::string text;  // for people; whole lines
+  int differentArrays = 0;  // of a reference: 1 if what was captured is not within its contract
+  std::string text;         // for people; whole lines
 };
-// Runs the capture in `file` on a device, named as in EngineSettings. What is not Ok says why in one line.
+// Runs the capture in `file` on a device, named as in EngineSettings, or its stage's reference, which needs no device,
+// if that is null. What is not Ok says why in one line.
 using Replayer = Status (*)(int abi, const std::string* file, const std::string* device, ReplayReport* report,
                             std::string* error);
 

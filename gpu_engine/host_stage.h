@@ -7,59 +7,19 @@
 #include <memory>
 #include <vector>
 
-#include "device_world.h"
+#include "stage_io.h"
 #include "stages/contract.h"
 
 namespace btgpu {
 
-// What a stage on the host sees of the running step. Every read and write waits.
-class StageIo {
- public:
-  StageIo(Queue& queue, DeviceWorld& ofWorld, const StepSettings& ofStep)
-      : world(ofWorld), settings(ofStep), m_queue(queue) {}
-
-  DeviceWorld& world;
-  const StepSettings& settings;
-
-  template <typename T>
-  std::vector<T> read(const DeviceArray<T>& array, size_t count) {
-    std::vector<T> host(std::min(count, array.size()));
-    m_queue.read(array.buffer(), 0, host.size() * sizeof(T), host.data(), true);
-    return host;
-  }
-  template <typename T>
-  std::vector<T> read(const DeviceArray<T>& array) {
-    return read(array, array.size());
-  }
-  // One entry a body.
-  template <typename T>
-  std::vector<T> readBodies(const DeviceArray<T>& array) {
-    return read(array, world.bodyCount);
-  }
-  // Overwrites the first elements; those behind stay as they are.
-  template <typename T>
-  void write(DeviceArray<T>& array, const std::vector<T>& values) {
-    if (values.size() > array.size()) array.resize(m_queue, values.size());
-    m_queue.write(array.buffer(), 0, values.size() * sizeof(T), values.data(), true);
-  }
-
-  StepParams params() { return read(world.params, 1).at(0); }
-  StepCounters counters() { return read(world.counters, 1).at(0); }
-  void setCounters(const StepCounters& counters) { write(world.counters, std::vector<StepCounters>{counters}); }
-  // Pairs of this step that there was room for.
-  size_t pairCount() { return std::min<size_t>(counters().pairCount, world.capacities.pairs); }
-  // Manifolds of the pairs, and those of the host once stage 50 has run.
-  size_t manifoldCount() { return pairCount() + world.hostManifoldCount; }
-
- private:
-  Queue& m_queue;
-};
-
 class HostStage {
  public:
-  explicit HostStage(const char* name) : m_name(name) {}
+  // alsoReads: names of the arrays that the reference reads and the stage's kernels do not get, apart from the step's
+  // params and counters. Captures have them too.
+  explicit HostStage(const char* name, std::vector<std::string> alsoReads = {});
   virtual ~HostStage() = default;
   const char* name() const { return m_name; }  // as the profile has it, "10_apply_forces"
+  const std::vector<std::string>& alsoReads() const { return m_alsoReads; }
 
   // Before the stage: reads what it reads, and finds what the reference makes of that.
   virtual void compute(StageIo& io) = 0;
@@ -70,7 +30,11 @@ class HostStage {
 
  private:
   const char* m_name;
+  std::vector<std::string> m_alsoReads;
 };
+
+// The one of that name; null if there is none.
+std::unique_ptr<HostStage> hostStage(const std::string& name);
 
 // Each lives in stages/NN_stem_host.cpp.
 std::unique_ptr<HostStage> hostApplyForces();
@@ -107,6 +71,8 @@ class HostStages {
     if (!stage || !isOnHost(*stage)) enqueue();
     if (stage) end(*stage, io);
   }
+  // What the stage's reference reads beside the arrays that its kernels get; empty without one.
+  std::vector<std::string> alsoReads(const char* name) const;
 
   // Of the step so far. Cleared.
   std::vector<StageDifference> takeDifferences() { return std::exchange(m_differences, {}); }

@@ -4,7 +4,18 @@
 
 #include <algorithm>
 
+#include "stage_numbers.h"
+
 namespace btgpu {
+namespace {
+
+std::vector<ArrayInUse> arraysInUse(const DeviceWorld& world) {
+  std::vector<ArrayInUse> arrays;
+  world.forEachArray([&](const auto& array) { arrays.push_back({array.buffer(), array.name(), array.sizeBytes()}); });
+  return arrays;
+}
+
+}  // namespace
 
 WorldTraits traitsOf(const WorldInput& input) {
   WorldTraits traits;
@@ -34,10 +45,20 @@ Pipeline::Pipeline(ComputeDevice& device, HostStages& hostStages)
       m_updateActivation(device),
       m_gatherContacts(device) {}
 
+// For captures: what the stage's reference is to be given when the stage is replayed.
+void Pipeline::showStage(Queue& queue, const DeviceWorld& world, const StepSettings& settings, const char* stage) {
+  if (!queue.recorder()) return;
+  queue.recorder()->beforeStage(queue, stage, [&] {
+    return StageInputs{arraysInUse(world), m_hostStages.alsoReads(stage), stageNumbers(world, settings)};
+  });
+}
+
 void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits) {
-  StageIo io(queue, world, settings);
+  DeviceStageIo io(queue, world, settings);
   const auto stage = [&](const char* name, auto& on, const auto&... arguments) {
+    showStage(queue, world, settings, name);
     m_hostStages.run(name, io, [&] { on.enqueue(queue, world, arguments...); });
+    if (queue.recorder()) queue.recorder()->afterStage(queue, [&] { return arraysInUse(world); });
   };
   const bool boxes = traits.has(SHAPE_BOX);
   stage("10_apply_forces", m_applyForces);

@@ -55,6 +55,8 @@ class Pipeline {
   void endContactReads(Queue& queue) { m_gatherContacts.endReads(queue); }
 
  private:
+  void showStage(Queue& queue, const DeviceWorld& world, const StepSettings& settings, const char* stage);
+
   HostStages& m_hostStages;
   FollowSubstep m_followSubstep;
   ApplyForces m_applyForces;

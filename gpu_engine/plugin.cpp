@@ -129,5 +129,6 @@ BTGPU_EXPORT btgpu::Status btgpuListDevices(int abi, std::vector<btgpu::EngineIn
 BTGPU_EXPORT btgpu::Status btgpuReplay(int abi, const std::string* file, const std::string* device,
                                        btgpu::ReplayReport* report, std::string* error) {
   if (abi != btgpu::kEngineAbi) return btgpu::Status::WrongAbi;
-  return btgpu::guarded(*error, [&] { *report = btgpu::replayFile(*file, *device); });
+  return btgpu::guarded(*error,
+                        [&] { *report = device ? btgpu::replayFile(*file, *device) : btgpu::replayOnHost(*file); });
 }

@@ -329,7 +329,9 @@ void WorldEngine::readContacts(StepResults& results) {
   if (settings.sendsContacts() && m_world->bodyCount > 0) {
     {
       const StageZones zones(m_queue);
+      m_queue.enterStep(m_begun - 1);
       m_pipeline.enqueueContactReads(m_queue, *m_world, settings, results);
+      m_queue.leaveStep();
     }
     const Zone zone("waitForContacts");
     m_queue.finish();

@@ -47,6 +47,14 @@ struct CapturedCopy {
   std::uint64_t fromOffset = 0, toOffset = 0, bytes = 0;
 };
 
+// Where an array of the world lay as the stage began, and as it ended: indices of arrays.
+struct CapturedView {
+  static constexpr std::uint32_t kNone = 0xffffffff;
+  std::string array;
+  std::uint32_t before = kNone, after = kNone;    // kNone: not captured
+  std::uint64_t bytesBefore = 0, bytesAfter = 0;  // in use; 0 for an array that is not there
+};
+
 using CapturedCommand = std::variant<CapturedLaunch, CapturedWrite, CapturedCopy>;
 
 struct Capture {
@@ -58,6 +66,9 @@ struct Capture {
   std::string buildOptions;    // BTGPU_BUILD_OPTIONS at the time
   std::vector<CapturedArray> arrays;
   std::vector<CapturedCommand> commands;
+  // For the stage's reference; both empty where a stage was captured outside of a step.
+  std::vector<CapturedView> views;
+  std::vector<std::uint64_t> numbers;  // stageNumbers()
 };
 
 // A file that is no capture, damaged, or of another version: one line that begins with the file's name.

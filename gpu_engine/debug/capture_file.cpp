@@ -13,7 +13,8 @@ namespace btgpu {
 namespace {
 
 constexpr unsigned char kMagic[8] = {'b', 't', 'g', 'p', 'u', 'c', 'a', 'p'};
-constexpr std::uint32_t kVersion = 1;
+// 2 has views and numbers behind the commands, for the stage's reference; 1 has not.
+constexpr std::uint32_t kPlain = 1, kWithInputs = 2;
 constexpr size_t kHeaderBytes = 32;
 enum Command : std::uint8_t { kLaunch = 0, kWrite = 1, kCopy = 2 };
 
@@ -69,6 +70,19 @@ void putCommands(ByteWriter& out, const Capture& capture) {
   for (const CapturedCommand& command : capture.commands) {
     std::visit([&](const auto& c) { put(out, c); }, command);
   }
+}
+
+bool hasInputs(const Capture& capture) { return !capture.views.empty() || !capture.numbers.empty(); }
+
+void putInputs(ByteWriter& out, const Capture& capture) {
+  out.number(static_cast<std::uint32_t>(capture.views.size()));
+  for (const CapturedView& view : capture.views) {
+    out.text(view.array);
+    for (const std::uint32_t n : {view.before, view.after}) out.number(n);
+    for (const std::uint64_t n : {view.bytesBefore, view.bytesAfter}) out.number(n);
+  }
+  out.number(static_cast<std::uint32_t>(capture.numbers.size()));
+  for (const std::uint64_t n : capture.numbers) out.number(n);
 }
 
 // ---- reading --------------------------------------------------------------------------------------------------------
@@ -165,7 +179,29 @@ CapturedCommand takeCommand(ByteReader& in, const Capture& capture) {
   throw CaptureError("is damaged: a command is of no kind");
 }
 
-Capture takeBody(ByteReader& in) {
+void checkView(const Capture& capture, std::uint32_t array, std::uint64_t bytes) {
+  if (array == CapturedView::kNone) return;
+  check(array < capture.arrays.size(), "an array is meant that is not there");
+  check(bytes <= capture.arrays[array].before.size(), "an array uses more than it has");
+}
+
+CapturedView takeView(ByteReader& in, const Capture& capture) {
+  CapturedView view;
+  view.array = in.text();
+  for (auto* n : {&view.before, &view.after}) *n = in.number<std::uint32_t>();
+  for (auto* n : {&view.bytesBefore, &view.bytesAfter}) *n = in.number<std::uint64_t>();
+  checkView(capture, view.before, view.bytesBefore);
+  checkView(capture, view.after, view.bytesAfter);
+  return view;
+}
+
+void takeInputs(ByteReader& in, Capture& capture) {
+  for (size_t i = in.count(1); i > 0; --i) capture.views.push_back(takeView(in, capture));
+  for (size_t i = in.count(sizeof(std::uint64_t)); i > 0; --i) capture.numbers.push_back(in.number<std::uint64_t>());
+  check(hasInputs(capture), "there is nothing for the reference");
+}
+
+Capture takeBody(ByteReader& in, std::uint32_t version) {
   Capture capture;
   for (auto* text : {&capture.stage, &capture.version, &capture.device, &capture.driver, &capture.buildOptions}) {
     *text = in.text();
@@ -176,24 +212,28 @@ Capture takeBody(ByteReader& in) {
   capture.cpuShape = shape == 1;
   for (size_t i = in.count(1); i > 0; --i) capture.arrays.push_back(takeArray(in));
   for (size_t i = in.count(1); i > 0; --i) capture.commands.push_back(takeCommand(in, capture));
+  if (version == kWithInputs) takeInputs(in, capture);
   check(in.atEnd(), "something is left at its end");
   return capture;
 }
 
-void checkHeader(ByteReader& in, const Bytes& bytes) {
+// Returns the format's version.
+std::uint32_t takeHeader(ByteReader& in, const Bytes& bytes) {
   const Bytes magic = bytes.size() < sizeof kMagic ? Bytes() : in.raw(sizeof kMagic);
   if (!std::equal(magic.begin(), magic.end(), std::begin(kMagic), std::end(kMagic))) {
     throw CaptureError("is no capture of btgpu");
   }
   const auto version = in.number<std::uint32_t>();
-  if (version != kVersion) {
-    throw CaptureError(fmt::format("is of format {}, this btgpu reads format {}", version, kVersion));
+  if (version != kPlain && version != kWithInputs) {
+    throw CaptureError(
+        fmt::format("is of format {}, this btgpu reads formats {} and {}", version, kPlain, kWithInputs));
   }
   check(in.number<std::uint32_t>() == 0, "the header's unused field is used");
   const auto size = in.number<std::uint64_t>();
   if (size != bytes.size()) throw CaptureError(fmt::format("is {} bytes long, not {}", bytes.size(), size));
   const auto checksum = in.number<std::uint64_t>();
   check(checksum == checksumOf(bytes.data() + kHeaderBytes, bytes.size() - kHeaderBytes), "the checksum is another");
+  return version;
 }
 
 Bytes readFile(const std::string& path) {
@@ -227,9 +267,10 @@ Bytes encodeCapture(const Capture& capture) {
   body.number(static_cast<std::uint32_t>(capture.arrays.size()));
   for (const CapturedArray& array : capture.arrays) put(body, array);
   putCommands(body, capture);
+  if (hasInputs(capture)) putInputs(body, capture);
   ByteWriter file;
   file.raw({std::begin(kMagic), std::end(kMagic)});
-  file.number<std::uint32_t>(kVersion);
+  file.number<std::uint32_t>(hasInputs(capture) ? kWithInputs : kPlain);
   file.number<std::uint32_t>(0);
   file.number<std::uint64_t>(kHeaderBytes + body.bytes().size());
   file.number<std::uint64_t>(checksumOf(body.bytes().data(), body.bytes().size()));
@@ -239,8 +280,8 @@ Bytes encodeCapture(const Capture& capture) {
 
 Capture decodeCapture(const Bytes& bytes) {
   ByteReader in(bytes);
-  checkHeader(in, bytes);
-  return takeBody(in);
+  const std::uint32_t version = takeHeader(in, bytes);
+  return takeBody(in, version);
 }
 
 void writeCapture(const std::string& path, const Capture& capture) {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -45,6 +46,11 @@ std::string fileFor(const Capture& capture, const std::string& path) {
   return std::filesystem::is_directory(path, ignored) ? (std::filesystem::path(path) / name).string() : path;
 }
 
+std::uint32_t indexOf(const std::map<cl_mem, std::uint32_t>& indices, const cl::Buffer& buffer) {
+  const auto found = indices.find(buffer());
+  return found == indices.end() ? CapturedView::kNone : found->second;
+}
+
 // A capture that can't be written must not cost the step.
 void writeFile(const Capture& capture, const std::string& path) {
   const std::string file = fileFor(capture, path);
@@ -80,10 +86,44 @@ void CaptureRecorder::leaveStep(Queue& queue) {
 }
 
 void CaptureRecorder::enterStage(Queue& queue, const char* stage) {
+  if (m_open && m_open->capture.stage == stage && m_open->capture.commands.empty()) return;  // begun by beforeStage()
+  open(queue, stage);
+}
+
+void CaptureRecorder::open(Queue& queue, const char* stage) {
   close(queue);
   if (!wanted(stage)) return;
   m_open.emplace();
   m_open->capture = emptyCapture(queue.device(), stage, *m_step);
+}
+
+void CaptureRecorder::beforeStage(Queue& queue, const char* stage, const std::function<StageInputs()>& inputs) {
+  open(queue, stage);
+  if (!m_open) return;
+  StageInputs given = inputs();
+  const auto isRead = [&](const std::string& name) {
+    return std::find(given.alsoRead.begin(), given.alsoRead.end(), name) != given.alsoRead.end();
+  };
+  for (const ArrayInUse& array : given.arrays) {
+    if (!isRead(array.name) || array.bytes == 0) continue;
+    m_open->capture.arrays[touch(queue, array.buffer)].name = array.name;
+  }
+  m_open->arrays = std::move(given.arrays);
+  m_open->capture.numbers = std::move(given.numbers);
+}
+
+// A stage that ran on the host gave the queue nothing but writes.
+void CaptureRecorder::afterStage(Queue& queue, const std::function<std::vector<ArrayInUse>()>& arrays) {
+  if (!m_open) return;
+  const std::vector<ArrayInUse> after = arrays();
+  for (size_t i = 0; i < m_open->arrays.size() && i < after.size(); ++i) {
+    const ArrayInUse& before = m_open->arrays[i];
+    CapturedView view{before.name, indexOf(m_open->indices, before.buffer), indexOf(m_open->indices, after[i].buffer),
+                      before.bytes, after[i].bytes};
+    if (view.before == CapturedView::kNone && view.after == CapturedView::kNone && view.bytesBefore > 0) continue;
+    m_open->capture.views.push_back(std::move(view));
+  }
+  close(queue);
 }
 
 bool CaptureRecorder::wanted(const char* stage) {

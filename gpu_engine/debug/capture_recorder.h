@@ -24,6 +24,8 @@ class CaptureRecorder : public Recorder {
   void enterStep(Queue& queue, long step) override;
   void leaveStep(Queue& queue) override;
   void enterStage(Queue& queue, const char* stage) override;
+  void beforeStage(Queue& queue, const char* stage, const std::function<StageInputs()>& inputs) override;
+  void afterStage(Queue& queue, const std::function<std::vector<ArrayInUse>()>& arrays) override;
   void beforeLaunch(Queue& queue, const Launch& launch) override;
   void beforeWrite(Queue& queue, const cl::Buffer& to, size_t offset, size_t bytes, const void* from) override;
   void beforeCopy(Queue& queue, const cl::Buffer& from, const cl::Buffer& to, size_t fromOffset, size_t toOffset,
@@ -36,9 +38,11 @@ class CaptureRecorder : public Recorder {
     Capture capture;
     std::vector<cl::Buffer> buffers;  // one an array
     std::map<cl_mem, std::uint32_t> indices;
+    std::vector<ArrayInUse> arrays;  // of the world, before the stage; empty outside of the pipeline
   };
 
   bool wanted(const char* stage);
+  void open(Queue& queue, const char* stage);
   void close(Queue& queue);
   std::uint32_t touch(Queue& queue, const cl::Buffer& buffer);
   std::uint32_t touch(Queue& queue, const Argument& array);

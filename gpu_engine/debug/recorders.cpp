@@ -34,6 +34,12 @@ class Several : public Recorder {
   void enterStage(Queue& queue, const char* stage) override {
     for (const auto& r : m_all) r->enterStage(queue, stage);
   }
+  void beforeStage(Queue& queue, const char* stage, const std::function<StageInputs()>& inputs) override {
+    for (const auto& r : m_all) r->beforeStage(queue, stage, inputs);
+  }
+  void afterStage(Queue& queue, const std::function<std::vector<ArrayInUse>()>& arrays) override {
+    for (const auto& r : m_all) r->afterStage(queue, arrays);
+  }
   void afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes, const std::string& array) override {
     for (const auto& r : m_all) r->afterAllocation(queue, buffer, bytes, array);
   }

@@ -109,13 +109,9 @@ std::string buildOptions() {
   return options ? options : "";
 }
 
-std::string introduction(const Capture& capture, const DeviceDescription& device, bool sameDevice) {
-  std::string text =
-      fmt::format("{} of step {}: {} launches, {} arrays, {} shape\ncaptured by btgpu {} on {}, driver {}\n",
-                  capture.stage, capture.step, launchCount(capture), capture.arrays.size(),
-                  capture.cpuShape ? "cpu" : "gpu", capture.version, capture.device, capture.driver);
+std::string introductionOn(const Capture& capture, const DeviceDescription& device, bool sameDevice) {
+  std::string text = introduction(capture);
   if (!sameDevice) text += fmt::format("replayed on another one: {}, driver {}\n", device.name, device.driver);
-  if (capture.version != BTGPU_VERSION) text += fmt::format("replayed by btgpu {}\n", BTGPU_VERSION);
   if (capture.buildOptions != buildOptions()) {
     text += fmt::format("BTGPU_BUILD_OPTIONS was '{}' and is '{}'\n", capture.buildOptions, buildOptions());
   }
@@ -123,6 +119,15 @@ std::string introduction(const Capture& capture, const DeviceDescription& device
 }
 
 }  // namespace
+
+std::string introduction(const Capture& capture) {
+  std::string text =
+      fmt::format("{} of step {}: {} launches, {} arrays, {} shape\ncaptured by btgpu {} on {}, driver {}\n",
+                  capture.stage, capture.step, launchCount(capture), capture.arrays.size(),
+                  capture.cpuShape ? "cpu" : "gpu", capture.version, capture.device, capture.driver);
+  if (capture.version != BTGPU_VERSION) text += fmt::format("replayed by btgpu {}\n", BTGPU_VERSION);
+  return text;
+}
 
 std::vector<Bytes> runCapture(const Capture& capture, const std::shared_ptr<ComputeDevice>& device) {
   Replay replay(capture, inShape(device, capture.cpuShape ? KernelShape::Cpu : KernelShape::Gpu));
@@ -136,7 +141,7 @@ ReplayReport replayFile(const std::string& file, const std::string& wanted) {
   const DeviceDescription& d = device->description();
   ReplayReport report;
   report.sameDevice = d.name == capture.device && d.driver == capture.driver;
-  report.text = introduction(capture, d, report.sameDevice);
+  report.text = introductionOn(capture, d, report.sameDevice);
   const std::vector<Bytes> found = runCapture(capture, device);
   for (size_t i = 0; i < found.size(); ++i) {
     const ArrayDifference difference = compareArray(capture.arrays[i], found[i]);

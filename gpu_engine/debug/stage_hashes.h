@@ -18,6 +18,9 @@ class StageHashes : public CaptureRecorder {
   explicit StageHashes(const std::string& path);
   ~StageHashes() override;
 
+  // What a reference would read is no concern of the stage's.
+  void beforeStage(Queue&, const char*, const std::function<StageInputs()>&) override {}
+  void afterStage(Queue&, const std::function<std::vector<ArrayInUse>()>&) override {}
   void afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes, const std::string& array) override;
 
  private:

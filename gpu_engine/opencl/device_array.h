@@ -44,6 +44,7 @@ class DeviceArray {
 
   size_t size() const { return m_size; }
   size_t capacity() const { return m_capacity; }
+  size_t sizeBytes() const { return m_size * sizeof(T); }
   size_t capacityBytes() const { return m_capacity * sizeof(T); }
   bool empty() const { return m_size == 0; }
   const cl::Buffer& buffer() const { return m_buffer; }
@@ -98,6 +99,15 @@ class DeviceArray {
     std::vector<T> host;
     copyToHost(queue, host);
     return host;
+  }
+
+  // Memory and contents change hands; names stay.
+  friend void swap(DeviceArray& a, DeviceArray& b) {
+    std::swap(a.m_placement, b.m_placement);
+    std::swap(a.m_buffer, b.m_buffer);
+    std::swap(a.m_generation, b.m_generation);
+    std::swap(a.m_size, b.m_size);
+    std::swap(a.m_capacity, b.m_capacity);
   }
 
  private:

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,21 @@ struct Argument {
   size_t elementBytes = 0, bytes = 0;
 };
 
+// An array by its name, and how much of its memory it uses.
+struct ArrayInUse {
+  cl::Buffer buffer;
+  std::string name;
+  size_t bytes = 0;
+};
+
+// What a stage's reference needs to run on its own: all arrays of the world, which of them it reads beside those that
+// the stage's kernels get, and stageNumbers().
+struct StageInputs {
+  std::vector<ArrayInUse> arrays;
+  std::vector<std::string> alsoRead;
+  std::vector<std::uint64_t> numbers;
+};
+
 struct Launch {
   std::string file, name, options;  // what the kernel was made of (Kernel's constructor)
   Grid grid;
@@ -46,6 +63,10 @@ class Recorder {
   virtual void enterStep(Queue&, long /*step*/) {}
   virtual void leaveStep(Queue&) {}
   virtual void enterStage(Queue&, const char* /*stage*/) {}
+  // Around a stage of the pipeline, which enters itself in between if it runs on the device. What is offered takes time
+  // to make.
+  virtual void beforeStage(Queue&, const char* /*stage*/, const std::function<StageInputs()>&) {}
+  virtual void afterStage(Queue&, const std::function<std::vector<ArrayInUse>()>&) {}
   // A new array's memory, which nothing has been written to.
   virtual void afterAllocation(Queue&, const cl::Buffer&, size_t /*bytes*/, const std::string& /*array*/) {}
   virtual void beforeLaunch(Queue&, const Launch&) {}

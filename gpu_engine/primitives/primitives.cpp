@@ -133,8 +133,8 @@ void RadixSort<Key>::run(Queue& queue, Count count, DeviceArray<Key>& keys, Devi
       m_scan.exclusive(queue, {tableSize}, m_tables, m_tables, m_total);
       m_scatter.launch(queue, grid, count.limit(), count.onDevice(), shift, mask, keys, Optional<uint>{values},
                        m_tables, m_otherKeys, Optional<uint>{values ? &m_otherValues : nullptr});
-      std::swap(keys, m_otherKeys);
-      if (values) std::swap(*values, m_otherValues);
+      swap(keys, m_otherKeys);
+      if (values) swap(*values, m_otherValues);
     }
   }
 }

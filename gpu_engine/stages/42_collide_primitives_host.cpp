@@ -8,7 +8,7 @@ namespace {
 
 class HostCollidePrimitives : public HostStage {
  public:
-  HostCollidePrimitives() : HostStage("42_collide_primitives") {}
+  HostCollidePrimitives() : HostStage("42_collide_primitives", pairArrayNames()) {}
 
   void compute(StageIo& io) override {
     m_in = readPairArrays(io);

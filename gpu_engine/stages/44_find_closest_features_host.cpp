@@ -8,7 +8,7 @@ namespace {
 
 class HostFindClosestFeatures : public HostStage {
  public:
-  HostFindClosestFeatures() : HostStage("44_find_closest_features") {}
+  HostFindClosestFeatures() : HostStage("44_find_closest_features", pairArrayNames()) {}
 
   void compute(StageIo& io) override {
     m_in = readPairArrays(io);

@@ -8,7 +8,7 @@ namespace {
 
 class HostFindSeparatingAxis : public HostStage {
  public:
-  HostFindSeparatingAxis() : HostStage("44_find_separating_axis") {}
+  HostFindSeparatingAxis() : HostStage("44_find_separating_axis", pairArrayNames()) {}
 
   void compute(StageIo& io) override {
     m_in = readPairArrays(io);

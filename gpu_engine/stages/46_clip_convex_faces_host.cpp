@@ -8,7 +8,7 @@ namespace {
 
 class HostClipConvexFaces : public HostStage {
  public:
-  HostClipConvexFaces() : HostStage("46_clip_convex_faces") {}
+  HostClipConvexFaces() : HostStage("46_clip_convex_faces", pairArrayNames()) {}
 
   void compute(StageIo& io) override {
     DeviceWorld& w = io.world;

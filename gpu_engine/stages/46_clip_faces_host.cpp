@@ -8,7 +8,7 @@ namespace {
 
 class HostClipFaces : public HostStage {
  public:
-  HostClipFaces() : HostStage("46_clip_faces") {}
+  HostClipFaces() : HostStage("46_clip_faces", pairArrayNames()) {}
 
   void compute(StageIo& io) override {
     DeviceWorld& w = io.world;

@@ -8,7 +8,7 @@ namespace {
 
 class HostReduceAndMatchContacts : public HostStage {
  public:
-  HostReduceAndMatchContacts() : HostStage("48_reduce_and_match_contacts") {}
+  HostReduceAndMatchContacts() : HostStage("48_reduce_and_match_contacts", pairArrayNames()) {}
 
   void compute(StageIo& io) override {
     m_in.arrays = readPairArrays(io);

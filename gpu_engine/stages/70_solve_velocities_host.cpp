@@ -41,7 +41,8 @@ class HostSolveVelocities : public HostStage {
             io.read(w.torsion),
             io.read(w.manifolds, io.manifoldCount()),
             {io.read(w.joints, w.jointCount), io.read(w.jointRows), io.read(w.jointEffects),
-             io.read(w.jointSolved, w.jointCount), w.jointColours.order, io.read(w.jointImpulses)}};
+             io.read(w.jointSolved, w.jointCount), io.read(w.jointOrder, w.jointColours.order.size()),
+             io.read(w.jointImpulses)}};
   }
 
   StepParams m_params{};

@@ -34,7 +34,7 @@ void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, StepResults&
   results.contactKeys.resize(touching);
   results.contacts = {};
   if (touching == 0) return;
-  queue.enterStage("95_gather_contacts");
+  queue.enterStage("95_send_contacts");
   m_keys.resize(queue, touching);
   m_gatherKeys.launch(queue, queue.device().grid(touching), static_cast<uint>(touching), all ? 1u : 0u, world.touching,
                       world.keys, world.manifolds, m_keys);

@@ -7,6 +7,12 @@
 
 namespace btgpu {
 
+// What readPairArrays() reads.
+inline std::vector<std::string> pairArrayNames() {
+  return {"pairs",         "infos",      "shapes",        "poses",      "old manifolds", "old pair count",
+          "bucket starts", "pair items", "hull vertices", "hull faces", "hull corners",  "hull edges"};
+}
+
 inline PairArrays readPairArrays(StageIo& io) {
   DeviceWorld& w = io.world;
   PairArrays in;

@@ -43,6 +43,9 @@ Capture example() {
       {{Kind::Array, 1, {}}, {Kind::Null, 0, "uint"}, {Kind::Uint, 7, {}}, {Kind::Float, 0x3f800000u, {}}}});
   c.commands.emplace_back(CapturedWrite{0, 4, {9, 9}});
   c.commands.emplace_back(CapturedCopy{0, 1, 1, 2, 3});
+  c.views.push_back({"poses", 0, 1, 8, 4});
+  c.views.push_back({"joints", CapturedView::kNone, CapturedView::kNone, 0, 0});
+  c.numbers = {7, ~0ull};
   return c;
 }
 
@@ -89,14 +92,36 @@ TEST(CaptureFile, IsReadAsWritten) {
   EXPECT_EQ(launch.arguments[3].value, 0x3f800000u);
   EXPECT_EQ(std::get<CapturedWrite>(c.commands[1]).offset, 4u);
   EXPECT_EQ(std::get<CapturedCopy>(c.commands[2]).bytes, 3u);
+  ASSERT_EQ(c.views.size(), 2u);
+  EXPECT_EQ(c.views[0].array + c.views[1].array, "posesjoints");
+  EXPECT_EQ(c.views[0].after, 1u);
+  EXPECT_EQ(c.views[0].bytesAfter, 4u);
+  EXPECT_EQ(c.views[1].before, CapturedView::kNone);
+  EXPECT_EQ(c.numbers, (std::vector<std::uint64_t>{7, ~0ull}));
   EXPECT_EQ(encodeCapture(c), bytes);
+}
+
+// Captures made before there was anything for the reference.
+TEST(CaptureFile, TheFormatWithoutInputs) {
+  Capture c = example();
+  c.views.clear();
+  c.numbers.clear();
+  const Bytes bytes = encodeCapture(c);
+  EXPECT_EQ(bytes[8], 1);
+  EXPECT_EQ(encodeCapture(decodeCapture(bytes)), bytes);
+  Bytes other = bytes;
+  other[8] = 2;
+  EXPECT_NE(messageOf(other), "");
+  other = encodeCapture(example());
+  other[8] = 1;
+  EXPECT_NE(messageOf(other), "");
 }
 
 // The bytes of docs/capture.md.
 TEST(CaptureFile, HeaderIsAsDocumented) {
   const Bytes bytes = encodeCapture(example());
   EXPECT_EQ(std::string(bytes.begin(), bytes.begin() + 8), "btgpucap");
-  EXPECT_EQ(Bytes(bytes.begin() + 8, bytes.begin() + 16), (Bytes{1, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(Bytes(bytes.begin() + 8, bytes.begin() + 16), (Bytes{2, 0, 0, 0, 0, 0, 0, 0}));
   std::uint64_t size;
   std::memcpy(&size, bytes.data() + 16, sizeof size);
   EXPECT_EQ(size, bytes.size());
@@ -182,6 +207,8 @@ TEST(CaptureFile, ContradictionsAreRefused) {
   EXPECT_NE(refused([](Capture& c) { std::get<CapturedWrite>(c.commands[1]).offset = ~0ull; }), "");
   EXPECT_NE(refused([](Capture& c) { std::get<CapturedCopy>(c.commands[2]).fromOffset = 6; }), "");
   EXPECT_NE(refused([](Capture& c) { std::get<CapturedCopy>(c.commands[2]).to = 0; }), "");
+  EXPECT_NE(refused([](Capture& c) { c.views[0].before = 2; }), "");
+  EXPECT_NE(refused([](Capture& c) { c.views[0].bytesAfter = 9; }), "");
 }
 
 TEST(CaptureFile, FilesThatAreNone) {

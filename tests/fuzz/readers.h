@@ -53,6 +53,10 @@ inline bool tryCapture(const Bytes& bytes) {
   } catch (const CaptureError&) { return false; }
   require(encodeCapture(capture) == bytes);
   for (const CapturedCommand& command : capture.commands) requireWhole(capture, command);
+  for (const CapturedView& view : capture.views) {
+    if (view.before != CapturedView::kNone) requireRange(capture, view.before, 0, view.bytesBefore);
+    if (view.after != CapturedView::kNone) requireRange(capture, view.after, 0, view.bytesAfter);
+  }
   for (const CapturedArray& array : capture.arrays) {
     require(array.after.empty() || array.after.size() == array.before.size());
     require(compareArray(array, array.expected()).different == 0);
@@ -67,7 +71,7 @@ inline bool tryMendedCapture(Bytes bytes) {
   constexpr size_t kHeader = 32;
   if (bytes.size() < kHeader) return tryCapture(bytes);
   std::memcpy(bytes.data(), "btgpucap", 8);
-  overwrite<std::uint64_t>(bytes, 8, 1);
+  overwrite<std::uint64_t>(bytes, 8, bytes[8] == 2 ? 2 : 1);
   overwrite<std::uint64_t>(bytes, 16, bytes.size());
   overwrite<std::uint64_t>(bytes, 24, checksumOf(bytes.data() + kHeader, bytes.size() - kHeader));
   return tryCapture(bytes);

@@ -115,7 +115,7 @@ class HostNarrowTest : public DeviceTest {
  protected:
   void begin(const WorldInput& in) {
     m_bench = std::make_unique<StageBench>(queue(), in, m_settings);
-    m_io = std::make_unique<StageIo>(queue(), m_bench->world(), m_settings);
+    m_io = std::make_unique<DeviceStageIo>(queue(), m_bench->world(), m_settings);
     findPairs();
   }
   void findPairs() {
@@ -248,7 +248,7 @@ class HostNarrowTest : public DeviceTest {
 
   StepSettings m_settings;
   std::unique_ptr<StageBench> m_bench;
-  std::unique_ptr<StageIo> m_io;
+  std::unique_ptr<DeviceStageIo> m_io;
   std::vector<Pair> m_pairs;
 };
 

@@ -58,7 +58,20 @@ TEST_F(ReplayTest, SameHashSameBits) {
     EXPECT_EQ(replay.exitCode, 0) << replay.out << replay.err;
     EXPECT_EQ(replay.err, "");
     EXPECT_TRUE(contains(replay.out, "identical\n")) << replay.out;
+    const Finished onHost = tool({"replay", m_folder.file(name), "--host"}, {"OCL_ICD_VENDORS=/nonexistent"});
+    EXPECT_EQ(onHost.exitCode, 0) << onHost.out << onHost.err;
+    EXPECT_TRUE(contains(onHost.out, "within the contract of the reference on the host\n")) << onHost.out;
   }
+}
+
+TEST_F(ReplayTest, TheHostFindsWhatWasWrongWithTheKernel) {
+  const ChangedKernels kernels("lib/box_box.h", "distance < 0.0f ? -normal : normal",
+                               "distance < 0.0f ? normal : -normal");
+  compare({"BTGPU_CAPTURE=44@1", "BTGPU_CAPTURE_FILE=" + m_file, "BTGPU_KERNEL_DIR=" + kernels.path()});
+  const Finished run = tool({"replay", m_file, "--host"});
+  EXPECT_EQ(run.exitCode, 1) << run.out << run.err;
+  EXPECT_TRUE(contains(run.out, kStage + ": pair ")) << run.out;
+  EXPECT_EQ(tool({"replay", m_file, "--host", "--device", "0"}).exitCode, 2);
 }
 
 TEST_F(ReplayTest, AnotherKernelGivesOne) {

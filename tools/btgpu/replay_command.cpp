@@ -11,13 +11,14 @@ namespace {
 
 struct ReplayArguments {
   std::string file, device;
+  bool onHost = false;
 };
 
 // Another device rounds in other ways: its figures are for people to judge.
 int runReplay(const ReplayArguments& arguments) {
   ReplayReport report;
   std::string error;
-  const Status status = replayCapture(arguments.file, arguments.device, report, error);
+  const Status status = replayCapture(arguments.file, arguments.onHost ? nullptr : &arguments.device, report, error);
   if (status == Status::BadInput) throw InputError(error);
   if (status == Status::NoDevice && !arguments.device.empty()) throw InputError("--device: " + error);
   if (status != Status::Ok) {
@@ -36,9 +37,15 @@ Command addReplayCommand(CLI::App& tool) {
       "replay",
       "run a captured stage again and compare with what came out then. Capture one with BTGPU_CAPTURE=44@120: stage "
       "44 of step 120, from 0 (docs/capture.md). Exit status: 0 if all is identical, or on another device than the "
-      "one of the capture; 1 if anything differs, 2 for a file that is no capture");
+      "one of the capture; 1 if anything differs, or breaks the contract of --host; 2 for a file that is no capture");
   replay->add_option("file", arguments->file, "the capture")->required();
-  replay->add_option("--device", arguments->device, "OpenCL device: index, gpu, cpu or part of its name");
+  auto* device =
+      replay->add_option("--device", arguments->device, "OpenCL device: index, gpu, cpu or part of its name");
+  replay
+      ->add_flag("--host", arguments->onHost,
+                 "run the stage's reference instead, and tell the first value that was captured and is off by more "
+                 "than the stage's contract allows; needs no device")
+      ->excludes(device);
   return {replay, [arguments] { return runReplay(*arguments); }};
 }
 
