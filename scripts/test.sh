@@ -30,7 +30,8 @@ run_short() {
 }
 
 # ---- the long list: name, then a function item_<name> -----------------------------------------------------------
-slices=(long_tests threads install clang tidy sanitize_engine sanitize_facade)
+slices=(long_tests threads install clang tidy_engine tidy_facade sanitize_engine sanitize_stages sanitize_translation
+        sanitize_compat)
 long_items=("${slices[@]}" short)
 
 item_short() { run_short; }
@@ -58,20 +59,23 @@ sanitize() {  # FOLDER...
     ctest --test-dir build/asan-ubsan --output-on-failure --tests-regex "^($folders)/" --label-regex 'unit|stage' \
     --label-exclude 'long|oclgrind' --timeout 900 -j 2
 }
-item_sanitize_engine() { sanitize lib primitives opencl regression stages capacity; }
-item_sanitize_facade() { sanitize translation compat tools; }
+item_sanitize_engine() { sanitize lib primitives opencl regression capacity; }
+item_sanitize_stages() { sanitize stages debug fuzz; }
+item_sanitize_translation() { sanitize translation tools; }
+item_sanitize_compat() { sanitize compat; }
 item_threads() {
   build tsan btgpu_engine test_compat_worlds_on_threads test_compat_worlds_on_threads.float64
   # The driver and its threads are not instrumented: what is called from there does not count.
   TSAN_OPTIONS="halt_on_error=1 ignore_noninstrumented_modules=1" \
     ctest --test-dir build/tsan --output-on-failure --label-regex threads
 }
-item_tidy() {
+tidy() {  # FOLDER...
   scripts/setup.sh clang-tidy
   build ci
-  git ls-files 'gpu_engine/*.cpp' 'translation/*.cpp' 'compat/*.cpp' 'tools/*.cpp' 'samples/*.cpp' |
-    xargs -P 2 -n 4 clang-tidy -p build/ci --quiet
+  git ls-files "${@/%//*.cpp}" | xargs -P 2 -n 4 clang-tidy -p build/ci --quiet
 }
+item_tidy_engine() { tidy gpu_engine; }
+item_tidy_facade() { tidy translation compat tools samples; }
 item_install() { tests/install/run.sh; }
 
 run_item() {  # NAME
