@@ -15,8 +15,8 @@ namespace btgpu {
 namespace {
 
 bool gpuShape() {
-  const char* shape = std::getenv("BTGPU_KERNEL_SHAPE");
-  return shape && std::string(shape) == "gpu";
+  static const bool gpu = ComputeDevice::open("")->shape() == KernelShape::Gpu;
+  return gpu;
 }
 
 EngineSettings debugSettings() {
