@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// The same world gives the same bits after 300 steps, whatever happens around it. The hash covers poses,
-// velocities and sleep of all bodies after every one of the steps, so that a difference can't heal unseen.
+// The same world gives the same bits after 100 steps, or the long list's 300, in which most bodies fall asleep, whatever
+// happens around it. The hash covers poses, velocities and sleep of all bodies after every one of the steps, so that a
+// difference can't heal unseen.
 #include <gtest/gtest.h>
 
 #include <future>
@@ -13,7 +14,11 @@
 namespace btgpu::test {
 namespace {
 
-constexpr int kSteps = 300;
+int steps() {
+  const char* asked = std::getenv("BTGPU_TEST_STEPS");
+  return asked ? std::atoi(asked) : 100;
+}
+const int kSteps = steps();
 const RunPlan kStack{"stack", {6, 6, 6}, kSteps};
 const RunPlan kShort{"stack", {3, 3, 3}, 30};
 const RunPlan kMixed{"mixed", {6, 6, 6}, kSteps};
@@ -67,7 +72,7 @@ const RunOutcome& mixed() {
 TEST(Determinism, SceneIsWorthHashing) {
   expectAllSteps(stack());
   EXPECT_GE(stack().colours, 6u);
-  EXPECT_GE(stack().asleep, 100);
+  EXPECT_GE(stack().asleep, kSteps < 300 ? 0 : 100);
   expectAllSteps(mixed());
   EXPECT_GE(mixed().colours, 6u);
   EXPECT_NE(stack().hash, mixed().hash);
