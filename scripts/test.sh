@@ -23,8 +23,9 @@ build() {  # PRESET [TARGET...]
   cmake --build "build/$preset" ${1:+--target} "$@"
 }
 
+# clang for lint/kernels.
 run_short() {
-  scripts/setup.sh chromium
+  scripts/setup.sh chromium clang
   build ci
   ctest --test-dir build/ci --output-on-failure --label-exclude long -j 2
 }

@@ -65,7 +65,7 @@ Bytes mutated(Random& random, const std::vector<Bytes>& files) {
   for (size_t i = 1 + random() % 3; i > 0; --i) {
     const auto kind = random() % 8;
     if (kind < 3 && !bytes.empty()) bytes[random() % bytes.size()] ^= static_cast<unsigned char>(1u << random() % 8);
-    if (kind >= 3 && kind < 6) putNumber(random, bytes);
+    if (kind >= 3 && kind < 6 && !bytes.empty()) putNumber(random, bytes);
     if (kind == 6) cutOrInsert(random, bytes);
     if (kind == 7) splice(random, bytes, files[random() % files.size()]);
   }
