@@ -14,7 +14,6 @@
 namespace btgpu {
 namespace {
 
-constexpr float kRounding = 1.0f / 16777216;  // of one float operation, relative
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
