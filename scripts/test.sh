@@ -31,14 +31,18 @@ run_short() {
 }
 
 # ---- the long list: name, then a function item_<name> -----------------------------------------------------------
-slices=(long_tests threads install clang tidy_engine tidy_facade sanitize_engine sanitize_stages sanitize_translation
-        sanitize_compat)
+slices=(long_tests long_capacity threads install clang tidy_engine tidy_facade sanitize_engine sanitize_stages
+        sanitize_translation sanitize_compat)
 long_items=("${slices[@]}" short)
 
 item_short() { run_short; }
 item_long_tests() {
   build ci
-  ctest --test-dir build/ci --output-on-failure --label-regex long
+  ctest --test-dir build/ci --output-on-failure --label-regex long --exclude-regex '^capacity/'
+}
+item_long_capacity() {
+  build ci
+  ctest --test-dir build/ci --output-on-failure --label-regex long --tests-regex '^capacity/'
 }
 # Everything of the libraries and the tool, and the tests that are about code rather than behaviour.
 item_clang() {
