@@ -72,7 +72,8 @@ const RunOutcome& mixed() {
 TEST(Determinism, SceneIsWorthHashing) {
   expectAllSteps(stack());
   EXPECT_GE(stack().colours, 6u);
-  EXPECT_GE(stack().asleep, kSteps < 300 ? 0 : 100);
+  // Nothing sleeps yet in the short list's steps: there the golden hashes of whole scenes cover sleep.
+  if (kSteps >= 300) EXPECT_GE(stack().asleep, 100);
   expectAllSteps(mixed());
   EXPECT_GE(mixed().colours, 6u);
   EXPECT_NE(stack().hash, mixed().hash);
