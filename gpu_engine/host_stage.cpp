@@ -40,7 +40,9 @@ std::unique_ptr<HostStage> hostStage(const std::string& name) {
   return nullptr;
 }
 
-HostStages::HostStages(const std::string& onHost, bool check) : m_stages(allStages()), m_check(check) {
+HostStages::HostStages(const std::string& onHost, bool check) : m_check(check) {
+  if (onHost.empty() && !check) return;
+  m_stages = allStages();
   std::istringstream list(onHost);
   for (std::string wanted; std::getline(list, wanted, ',');) {
     const size_t before = m_onHost.size();
@@ -55,15 +57,7 @@ bool HostStages::isOnHost(const HostStage& stage) const {
   return std::find(m_onHost.begin(), m_onHost.end(), &stage) != m_onHost.end();
 }
 
-std::vector<std::string> HostStages::alsoReads(const char* name) const {
-  for (const auto& stage : m_stages) {
-    if (stage->name() == std::string(name)) return stage->alsoReads();
-  }
-  return {};
-}
-
 HostStage* HostStages::begin(const char* name, StageIo& io) {
-  if (!any()) return nullptr;
   const auto stage =
       std::find_if(m_stages.begin(), m_stages.end(), [&](const auto& s) { return s->name() == std::string(name); });
   // After the first difference there is nothing more to learn from this step, and after an overflow nothing happens.

@@ -71,8 +71,6 @@ class HostStages {
     if (!stage || !isOnHost(*stage)) enqueue();
     if (stage) end(*stage, io);
   }
-  // What the stage's reference reads beside the arrays that its kernels get; empty without one.
-  std::vector<std::string> alsoReads(const char* name) const;
 
   // Of the step so far. Cleared.
   std::vector<StageDifference> takeDifferences() { return std::exchange(m_differences, {}); }

@@ -15,6 +15,16 @@ std::vector<ArrayInUse> arraysInUse(const DeviceWorld& world) {
   return arrays;
 }
 
+// For captures: what the stage's reference is to be given when the stage is replayed.
+void showStage(Queue& queue, const DeviceWorld& world, const StepSettings& settings, const char* stage) {
+  if (!queue.recorder()) return;
+  queue.recorder()->beforeStage(queue, stage, [&] {
+    const auto reference = hostStage(stage);
+    return StageInputs{arraysInUse(world), reference ? reference->alsoReads() : std::vector<std::string>(),
+                       stageNumbers(world, settings)};
+  });
+}
+
 }  // namespace
 
 WorldTraits traitsOf(const WorldInput& input) {
@@ -44,14 +54,6 @@ Pipeline::Pipeline(ComputeDevice& device, HostStages& hostStages)
       m_integratePoses(device),
       m_updateActivation(device),
       m_gatherContacts(device) {}
-
-// For captures: what the stage's reference is to be given when the stage is replayed.
-void Pipeline::showStage(Queue& queue, const DeviceWorld& world, const StepSettings& settings, const char* stage) {
-  if (!queue.recorder()) return;
-  queue.recorder()->beforeStage(queue, stage, [&] {
-    return StageInputs{arraysInUse(world), m_hostStages.alsoReads(stage), stageNumbers(world, settings)};
-  });
-}
 
 void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits) {
   DeviceStageIo io(queue, world, settings);

@@ -55,8 +55,6 @@ class Pipeline {
   void endContactReads(Queue& queue) { m_gatherContacts.endReads(queue); }
 
  private:
-  void showStage(Queue& queue, const DeviceWorld& world, const StepSettings& settings, const char* stage);
-
   HostStages& m_hostStages;
   FollowSubstep m_followSubstep;
   ApplyForces m_applyForces;
