@@ -2,9 +2,13 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "recorders.h"
 
+#include <fmt/format.h>
+
+#include <cerrno>
 #include <cstdlib>
 #include <vector>
 
+#include "../opencl/error.h"
 #include "capture_recorder.h"
 #include "hang_watch.h"
 #include "kernel_checks.h"
@@ -64,6 +68,17 @@ class Several : public Recorder {
   std::vector<std::unique_ptr<Recorder>> m_all;
 };
 
+long stepToHash() {
+  const std::string text = environment("BTGPU_STAGE_HASHES_STEP");
+  if (text.empty()) return CaptureRequest::kEveryStep;
+  char* end = nullptr;
+  errno = 0;
+  const long step = std::strtol(text.c_str(), &end, 10);
+  if (*end == '\0' && errno == 0 && step >= 0) return step;
+  throw OpenClError(OpenClError::Kind::General,
+                    fmt::format("BTGPU_STAGE_HASHES_STEP={} is no step: a number from 0 is", text));
+}
+
 }  // namespace
 
 std::unique_ptr<Recorder> recorderFromEnvironment(const ComputeDevice& device) {
@@ -71,7 +86,7 @@ std::unique_ptr<Recorder> recorderFromEnvironment(const ComputeDevice& device) {
   const std::string hashes = environment("BTGPU_STAGE_HASHES");
   auto all = std::make_unique<Several>();
   if (device.debugKernels()) all->add(std::make_unique<KernelChecks>(device));
-  if (!hashes.empty()) all->add(std::make_unique<StageHashes>(hashes));
+  if (!hashes.empty()) all->add(std::make_unique<StageHashes>(hashes, stepToHash()));
   if (!requests.empty()) all->add(makeCaptureRecorder(requests, environment("BTGPU_CAPTURE_FILE")));
   if (!limit.empty() && limit != "0") all->add(makeHangWatch(limit, environment("BTGPU_WATCH_FILE"), device));
   if (all->size() == 0) return nullptr;

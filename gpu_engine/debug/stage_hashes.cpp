@@ -55,8 +55,9 @@ std::uint64_t hashOfOutputs(const Capture& capture) {
 
 }  // namespace
 
-StageHashes::StageHashes(const std::string& path)
+StageHashes::StageHashes(const std::string& path, long step)
     : CaptureRecorder({{"all", CaptureRequest::kEveryStep}}, [this](const Capture& capture) { writeLine(capture); }),
+      m_step(step),
       m_file(::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644)),
       m_world(nextWorld()) {
   if (m_file < 0) {
@@ -65,6 +66,10 @@ StageHashes::StageHashes(const std::string& path)
 }
 
 StageHashes::~StageHashes() { ::close(m_file); }
+
+void StageHashes::enterStep(Queue& queue, long step) {
+  if (m_step == CaptureRequest::kEveryStep || m_step == step) CaptureRecorder::enterStep(queue, step);
+}
 
 void StageHashes::afterAllocation(Queue& queue, const cl::Buffer& buffer, size_t bytes, const std::string&) {
   try {

@@ -9,15 +9,16 @@
 
 namespace btgpu {
 
-// Appends a line for each stage of each step to a file: a hash of all that the stage was given, and one of all memory
-// that it touched as it left it (docs/capture.md). All memory counts, also what is not in use, which therefore starts
-// as zeros: the same run gives the same hashes.
+// Appends a line for each stage of each step, or of one, to a file: a hash of all that the stage was given, and one of
+// all memory that it touched as it left it (docs/capture.md). All memory counts, also what is not in use, which
+// therefore starts as zeros: the same run gives the same hashes.
 class StageHashes : public CaptureRecorder {
  public:
-  // Throws OpenClError if the file can't be written.
-  explicit StageHashes(const std::string& path);
+  // Of one step of each world, or of CaptureRequest::kEveryStep. Throws OpenClError if the file can't be written.
+  StageHashes(const std::string& path, long step);
   ~StageHashes() override;
 
+  void enterStep(Queue& queue, long step) override;
   // What a reference would read is no concern of the stage's.
   void beforeStage(Queue&, const char*, const std::function<StageInputs()>&) override {}
   void afterStage(Queue&, const std::function<std::vector<ArrayInUse>()>&) override {}
@@ -26,6 +27,7 @@ class StageHashes : public CaptureRecorder {
  private:
   void writeLine(const Capture& capture) const;
 
+  const long m_step;  // or kEveryStep
   const int m_file;
   const int m_world;  // of this process, from 1
 };

@@ -346,23 +346,53 @@ TEST(CommandLine, UnwritableFilesAreTwo) {
   expectBadInput(tool({"scenes", "--write", "stack", path, "--size", "1,1,1"}), {path, "can't be written"});
 }
 
-std::vector<std::string> hashLines(const Finished& run) {
-  std::vector<std::string> found;
+// Stage, or nothing for the hash of the end, and hash.
+std::vector<std::pair<std::string, std::string>> hashLines(const Finished& run) {
+  std::vector<std::pair<std::string, std::string>> found;
   for (const auto& line : run.outLines()) {
-    if (line.rfind("hash ", 0) == 0) found.push_back(line);
+    if (line.rfind("hash ", 0) != 0) continue;
+    const size_t last = line.rfind(' ');
+    found.emplace_back(last == 4 ? "" : line.substr(5, last - 5), line.substr(last + 1));
   }
   return found;
 }
 
-TEST(CommandLine, HashIsOneLineAndTheSameTwice) {
+TEST(CommandLine, AHashAStageAndTheSameTwice) {
   const auto first = hashLines(tool(kSmallRun + Arguments{"--hash"}));
-  ASSERT_EQ(first.size(), 1u);
-  EXPECT_EQ(first[0].size(), std::string("hash ").size() + 16);
-  EXPECT_EQ(first[0].find_first_not_of("0123456789abcdef", 5), std::string::npos) << first[0];
+  ASSERT_GT(first.size(), 15u);
+  EXPECT_EQ(first.front().first, "10_apply_forces");
+  EXPECT_EQ(first.back().first, "");
+  for (const auto& [stage, hash] : first) {
+    EXPECT_EQ(hash.size(), 16u) << stage;
+    EXPECT_EQ(hash.find_first_not_of("0123456789abcdef"), std::string::npos) << stage << hash;
+  }
   EXPECT_EQ(first, hashLines(tool(kSmallRun + Arguments{"--hash"})));
   EXPECT_TRUE(hashLines(tool(kSmallRun)).empty());
   // It depends on the outcome: one step more gives another.
-  EXPECT_NE(first, hashLines(tool({"compare", "stack", "--size", "2,2,2", "--steps", "21", "--hash"})));
+  const auto longer = hashLines(tool({"compare", "stack", "--size", "2,2,2", "--steps", "21", "--hash"}));
+  ASSERT_EQ(longer.size(), first.size());
+  EXPECT_NE(first.back(), longer.back());
+}
+
+// The same hashes from the file of all steps, which only the user removes.
+TEST(CommandLine, HashesOfTheLastStepAreThoseOfTheFile) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("hashes");
+  const auto printed = hashLines(tool(kSmallRun + Arguments{"--hash"}));
+  EXPECT_EQ(printed, hashLines(tool(kSmallRun + Arguments{"--hash", "--stage-hashes", path})));
+  const std::string text = readFile(path);
+  ASSERT_GT(printed.size(), 1u);
+  for (size_t i = 0; i + 1 < printed.size(); ++i) EXPECT_TRUE(contains(text, printed[i].second)) << printed[i].first;
+}
+
+TEST(CommandLine, StepsToHash) {
+  RunOptions options;
+  for (const char* step : {"x", "-1", "3x", "99999999999999999999"}) {
+    options.environment = {"BTGPU_STAGE_HASHES=/dev/null", std::string("BTGPU_STAGE_HASHES_STEP=") + step};
+    const Finished run = tool(kSmallRun, options);
+    EXPECT_NE(run.exitCode, 0) << step;
+    EXPECT_TRUE(contains(run.out + run.err, std::string("BTGPU_STAGE_HASHES_STEP=") + step)) << run.out << run.err;
+  }
 }
 
 TEST(CommandLine, ProgressBarOnATerminalOnly) {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
+#include <memory>
 
 #include "arguments.h"
 #include "bisect.h"
@@ -14,6 +14,7 @@
 #include "compare.h"
 #include "progress.h"
 #include "report/page.h"
+#include "stage_hashes.h"
 
 namespace btgpu::tool {
 namespace {
@@ -30,9 +31,20 @@ bool worldNamedCause(const CompareResult& result) {
                      [](const btGpuFallback& f) { return f.m_what == "device"; });
 }
 
+// Of the last step, in which all before it shows.
+std::unique_ptr<StageHashFile> stageHashes(const CompareArguments& arguments, int steps) {
+  if (!arguments.stageHashes.empty()) return std::make_unique<StageHashFile>(arguments.stageHashes);
+  if (arguments.hash) return std::make_unique<StageHashFile>(steps - 1);
+  return nullptr;
+}
+
+void printHashes(const StageHashFile& stages, const CompareResult& result) {
+  for (const auto& [stage, hash] : stages.ofStep(result.steps - 1)) fmt::print("hash {} {}\n", stage, hash);
+  fmt::print("hash {:016x}\n", result.hash);
+}
+
 int reportComparison(const CompareArguments& arguments, const CompareResult& result) {
   fmt::print("{}", toText(result));
-  if (arguments.hash) fmt::print("hash {:016x}\n", result.hash);
   if (!arguments.json.empty()) writeFile(arguments.json, toJson(result));
   if (!arguments.report.empty()) writeFile(arguments.report, reportPage(result, BTGPU_VERSION));
   if (!result.compared && !worldNamedCause(result)) {
@@ -40,12 +52,6 @@ int reportComparison(const CompareArguments& arguments, const CompareResult& res
   }
   std::fflush(stdout);
   return result.pass() ? kAgreed : kFailed;
-}
-
-// The engine appends to it.
-void askForStageHashes(const std::string& file) {
-  writeFile(file, "");
-  ::setenv("BTGPU_STAGE_HASHES", file.c_str(), 1);
 }
 
 int runBisection(const std::string& name, const Builder& build, CompareOptions options) {
@@ -63,7 +69,6 @@ int runBisection(const std::string& name, const Builder& build, CompareOptions o
 int runComparison(const CompareArguments& arguments, const std::string& name, const Builder& build,
                   const scenes::Expectations& expectations, double timeStep, int defaultSteps) {
   checkDevice(arguments.device);
-  if (!arguments.stageHashes.empty()) askForStageHashes(arguments.stageHashes);
   CompareOptions options;
   options.timeStep = timeStep;
   options.steps = arguments.steps > 0 ? arguments.steps : defaultSteps;
@@ -72,13 +77,17 @@ int runComparison(const CompareArguments& arguments, const std::string& name, co
   options.profile = arguments.profile;
   options.report = !arguments.report.empty();
   if (arguments.bisect) return runBisection(name, build, options);
+  const auto hashes = stageHashes(arguments, options.steps);
   CompareResult result;
   {
     ProgressBar bar(name, options.steps);
     options.progress = [&bar](int done) { bar.show(done); };
     result = compare(name, build, expectations, options);
   }
-  return reportComparison(arguments, result);
+  const int status = reportComparison(arguments, result);
+  if (arguments.hash) printHashes(*hashes, result);
+  std::fflush(stdout);
+  return status;
 }
 
 int compareBuiltIn(const CompareArguments& arguments) {
@@ -120,7 +129,8 @@ Command addCompareCommand(CLI::App& tool) {
                          "stages whose references run on the host in their place, as 30,70");
   comparison->add_flag("--bisect", arguments->bisect,
                        "find the first stage of the first step that is off its reference; nothing else is compared");
-  comparison->add_flag("--hash", arguments->hash, "print a hash of every pose and velocity bit at the end");
+  comparison->add_flag("--hash", arguments->hash,
+                       "print a hash of what each stage of the last step left, and one of every pose and velocity bit");
   comparison
       ->add_option("--stage-hashes", arguments->stageHashes,
                    "write a hash of what each stage of each step was given, and of what it left, to this file")
