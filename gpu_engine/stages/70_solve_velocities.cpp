@@ -68,8 +68,7 @@ void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iterati
 void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows) {
   queue.enterStage("70_solve_velocities");
   if (settings.warmStarting) solve(queue, world, {PASS_WARM_START}, 1);
-  std::vector<uint> passes = {PASS_NORMAL, PASS_FRICTION};
-  if (settings.interleaveContactAndFriction) passes = {PASS_NORMAL | PASS_FRICTION};
+  std::vector<uint> passes = {PASS_NORMAL | PASS_FRICTION};
   if (torsionRows) passes.push_back(PASS_TORSION);
   for (int i = 0; i < world.jointIterations; ++i) {
     solveJoints(queue, world, static_cast<uint>(i));

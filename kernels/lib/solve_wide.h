@@ -31,6 +31,10 @@ WIDE void loadSlots(__global const SlotHeader* slots, WideSlots* w) {
 
 WIDE __global float* wideRows(__global float* rows, uint k) { return rows + k * POINT_FIELDS * BTGPU_LANES; }
 
+WIDE __global float* wideTangent2(__global float* tangent2, uint k) {
+  return tangent2 ? tangent2 + k * TANGENT2_FIELDS * BTGPU_LANES : 0;
+}
+
 WIDE void solveFrictionWide(__global float* p, __global float* q, WideBody* a, WideBody* b, LaneMask live) {
   const Lanes normalImpulse = loadWide(p, ROW_NORMAL_IMPULSE, live);
   const LaneMask pressed = normalImpulse > 0.0f;
@@ -85,11 +89,12 @@ WIDE void solvePushWide(const WideSlots* w, __global float* rows, __global Solve
 
 // All passes but the torsional one. `slots`, `rows`, `tangent2` are those of the block's first slot; tangent2 may be
 // null.
-WIDE void solveWide(uint passes, int splitImpulse, __global const SlotHeader* slots, __global const SolverMass* masses,
+WIDE void solveWide(uint passes, uint flags, __global const SlotHeader* slots, __global const SolverMass* masses,
                     __global SolverBody* bodies, __global float* rows, __global float* tangent2) {
   WideSlots w;
   loadSlots(slots, &w);
   if (w.maxPoints == 0) return;
+  const int pointwise = (passes & PASS_FRICTION) && (flags & STEP_INTERLEAVE);
   WideBody a = loadWideBody(masses, w.safeA, w.movedA), b = loadWideBody(masses, w.safeB, w.movedB);
   a.linear = take3(gatherWide(&bodies->deltaLinear, 4, w.safeA), w.movedA);
   a.angular = take3(gatherWide(&bodies->deltaAngular, 4, w.safeA), w.movedA);
@@ -103,15 +108,16 @@ WIDE void solveWide(uint passes, int splitImpulse, __global const SlotHeader* sl
                           loadWide3(p, ROW_R_B, live), loadWide(p, ROW_NORMAL_IMPULSE, live));
     }
     if (passes & PASS_NORMAL) solveNormalWide(p, &a, &b, live);
-    if (passes & PASS_FRICTION) {
-      solveFrictionWide(p, tangent2 ? tangent2 + k * TANGENT2_FIELDS * BTGPU_LANES : 0, &a, &b, live);
-    }
+    if (pointwise) solveFrictionWide(p, wideTangent2(tangent2, k), &a, &b, live);
+  }
+  for (int k = 0; k < w.maxPoints && (passes & PASS_FRICTION) && !pointwise; ++k) {
+    solveFrictionWide(wideRows(rows, k), wideTangent2(tangent2, k), &a, &b, w.pointCount > k);
   }
   scatterWide(&bodies->deltaLinear, 4, w.bodyA, a.linear, (Lanes)0.0f);
   scatterWide(&bodies->deltaAngular, 4, w.bodyA, a.angular, (Lanes)0.0f);
   scatterWide(&bodies->deltaLinear, 4, w.bodyB, b.linear, (Lanes)0.0f);
   scatterWide(&bodies->deltaAngular, 4, w.bodyB, b.angular, (Lanes)0.0f);
-  if ((passes & PASS_NORMAL) && splitImpulse) solvePushWide(&w, rows, bodies, a, b);
+  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePushWide(&w, rows, bodies, a, b);
 }
 
 #endif

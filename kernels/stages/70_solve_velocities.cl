@@ -139,13 +139,15 @@ static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const 
   r.points = rows + slotBase(slot, SLOT_FIELDS);
   r.tangent2 = flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
   r.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
+  const int pointwise = (passes & PASS_FRICTION) && (flags & STEP_INTERLEAVE);
   SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
   for (uint k = 0; k < h.pointCount; ++k) {
     if (passes & PASS_WARM_START) warmStart(r, k, &s);
     if (passes & PASS_NORMAL) solveNormal(r, k, &s);
-    if (passes & PASS_FRICTION) solveFriction(r, k, &s);
+    if (pointwise) solveFriction(r, k, &s);
     if (passes & PASS_TORSION) solveTorsionRows(r, k, &s);
   }
+  for (uint k = 0; k < h.pointCount && (passes & PASS_FRICTION) && !pointwise; ++k) solveFriction(r, k, &s);
   storeBodies(WITH_CHECKS h, &s, bodies);
   if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(WITH_CHECKS h, r, bodies, &s);
 }
@@ -177,7 +179,7 @@ static void solveSlots(CHECKS uint slot, uint passes, uint flags, __global const
     return;
   }
 #endif
-  solveWide(passes, flags & STEP_SPLIT_IMPULSE, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
+  solveWide(passes, flags, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
             flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
 }
 
