@@ -106,13 +106,13 @@ bool listDevices(std::vector<EngineInfo>& devices, std::string& error) {
   return true;
 }
 
-Status replayCapture(const std::string& file, const std::string* device, ReplayReport& report, std::string& error) {
+Status replayCapture(const std::string& file, const ReplayOptions& options, ReplayReport& report, std::string& error) {
   const Plugin& p = plugin();
   if (!p.error.empty()) {
     error = p.error;
     return Status::InternalError;
   }
-  const Status status = p.replay(kEngineAbi, &file, device, &report, &error);
+  const Status status = p.replay(kEngineAbi, &file, &options, &report, &error);
   if (status == Status::WrongAbi) error = kOtherVersion;
   return status;
 }

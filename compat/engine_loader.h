@@ -19,6 +19,6 @@ std::unique_ptr<Engine> createEngine(const EngineSettings& settings, std::string
 bool listDevices(std::vector<EngineInfo>& devices, std::string& error);
 
 // Runs a captured stage again; what is not Ok says why in one line.
-Status replayCapture(const std::string& file, const std::string* device, ReplayReport& report, std::string& error);
+Status replayCapture(const std::string& file, const ReplayOptions& options, ReplayReport& report, std::string& error);
 
 }  // namespace btgpu

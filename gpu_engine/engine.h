@@ -15,7 +15,7 @@
 namespace btgpu {
 
 // Changes whenever anything in this header or in the headers it includes changes its layout.
-inline constexpr int kEngineAbi = 11;
+inline constexpr int kEngineAbi = 12;
 // Name of the factory in the plugin: EngineFactory.
 inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
 inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
@@ -100,9 +100,13 @@ struct ReplayReport {
   int differentArrays = 0;  // of a reference: 1 if what was captured is not within its contract
   std::string text;         // for people; whole lines
 };
-// Runs the capture in `file` on a device, named as in EngineSettings, or its stage's reference, which needs no device,
-// if that is null. What is not Ok says why in one line.
-using Replayer = Status (*)(int abi, const std::string* file, const std::string* device, ReplayReport* report,
+struct ReplayOptions {
+  std::string device;   // as in EngineSettings
+  bool onHost = false;  // the stage's reference instead; needs no device
+  int timedRuns = 0;    // so many more on the device, each from the same arrays, whose times go into the text
+};
+// Runs the capture in `file`. What is not Ok says why in one line.
+using Replayer = Status (*)(int abi, const std::string* file, const ReplayOptions* options, ReplayReport* report,
                             std::string* error);
 
 }  // namespace btgpu

@@ -126,9 +126,9 @@ BTGPU_EXPORT btgpu::Status btgpuListDevices(int abi, std::vector<btgpu::EngineIn
   });
 }
 
-BTGPU_EXPORT btgpu::Status btgpuReplay(int abi, const std::string* file, const std::string* device,
+BTGPU_EXPORT btgpu::Status btgpuReplay(int abi, const std::string* file, const btgpu::ReplayOptions* options,
                                        btgpu::ReplayReport* report, std::string* error) {
   if (abi != btgpu::kEngineAbi) return btgpu::Status::WrongAbi;
-  return btgpu::guarded(*error,
-                        [&] { *report = device ? btgpu::replayFile(*file, *device) : btgpu::replayOnHost(*file); });
+  return btgpu::guarded(
+      *error, [&] { *report = options->onHost ? btgpu::replayOnHost(*file) : btgpu::replayFile(*file, *options); });
 }

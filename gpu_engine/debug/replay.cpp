@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <map>
 #include <tuple>
@@ -29,6 +31,17 @@ class Replay {
       std::visit([this](const auto& c) { run(c); }, command);
     }
     m_queue.finish();
+  }
+
+  // From the start of the first command to the end of the last one, in ms; arrays are again as they were before.
+  double time() {
+    for (size_t i = 0; i < m_buffers.size(); ++i) {
+      const Bytes& before = m_capture.arrays[i].before;
+      m_queue.write(m_buffers[i], 0, before.size(), before.data(), true);
+    }
+    const auto start = std::chrono::steady_clock::now();
+    run();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
 
   std::vector<Bytes> contents() {
@@ -93,7 +106,9 @@ class Replay {
   std::map<std::tuple<std::string, std::string, std::string>, Kernel> m_kernels;
 };
 
-std::shared_ptr<ComputeDevice> inShape(std::shared_ptr<ComputeDevice> device, KernelShape shape) {
+// The device in the shape that was captured.
+std::shared_ptr<ComputeDevice> shapeOf(const Capture& capture, const std::shared_ptr<ComputeDevice>& device) {
+  const KernelShape shape = capture.cpuShape ? KernelShape::Cpu : KernelShape::Gpu;
   if (device->shape() == shape) return device;
   return std::make_shared<ComputeDevice>(device->device(), device->description(), shape);
 }
@@ -118,6 +133,13 @@ std::string introductionOn(const Capture& capture, const DeviceDescription& devi
   return text;
 }
 
+std::string timesOf(Replay& replay, int runs) {
+  std::vector<double> times;
+  for (int i = 0; i < runs; ++i) times.push_back(replay.time());
+  std::sort(times.begin(), times.end());
+  return fmt::format("{} runs: least {:.4f} ms, median {:.4f} ms\n", runs, times.front(), times[times.size() / 2]);
+}
+
 }  // namespace
 
 std::string introduction(const Capture& capture) {
@@ -130,19 +152,21 @@ std::string introduction(const Capture& capture) {
 }
 
 std::vector<Bytes> runCapture(const Capture& capture, const std::shared_ptr<ComputeDevice>& device) {
-  Replay replay(capture, inShape(device, capture.cpuShape ? KernelShape::Cpu : KernelShape::Gpu));
+  Replay replay(capture, shapeOf(capture, device));
   replay.run();
   return replay.contents();
 }
 
-ReplayReport replayFile(const std::string& file, const std::string& wanted) {
+ReplayReport replayFile(const std::string& file, const ReplayOptions& options) {
   const Capture capture = readCapture(file);
-  const auto device = ComputeDevice::open(wanted);
+  const auto device = ComputeDevice::open(options.device);
   const DeviceDescription& d = device->description();
   ReplayReport report;
   report.sameDevice = d.name == capture.device && d.driver == capture.driver;
   report.text = introductionOn(capture, d, report.sameDevice);
-  const std::vector<Bytes> found = runCapture(capture, device);
+  Replay replay(capture, shapeOf(capture, device));
+  replay.run();
+  const std::vector<Bytes> found = replay.contents();
   for (size_t i = 0; i < found.size(); ++i) {
     const ArrayDifference difference = compareArray(capture.arrays[i], found[i]);
     if (difference.different == 0) continue;
@@ -150,6 +174,7 @@ ReplayReport replayFile(const std::string& file, const std::string& wanted) {
     report.text += describe(capture.arrays[i], difference) + "\n";
   }
   if (report.differentArrays == 0) report.text += "identical\n";
+  if (options.timedRuns > 0) report.text += timesOf(replay, options.timedRuns);
   return report;
 }
 

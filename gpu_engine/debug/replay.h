@@ -29,6 +29,6 @@ std::optional<StageDifference> checkOnHost(const Capture& capture);
 ReplayReport replayOnHost(const std::string& file);
 
 // The whole of `btgpu replay`. Throws CaptureError and OpenClError.
-ReplayReport replayFile(const std::string& file, const std::string& device);
+ReplayReport replayFile(const std::string& file, const ReplayOptions& options);
 
 }  // namespace btgpu

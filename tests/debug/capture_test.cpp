@@ -133,7 +133,7 @@ class CaptureTest : public DeviceTest {
       const Capture capture = readCapture(entry.path().string());
       // The keys of what touches may be those of the step before.
       EXPECT_TRUE(capture.stage == "95_send_contacts" || changedArrays(capture) > 0) << "nothing to be seen";
-      const ReplayReport report = replayFile(entry.path().string(), "");
+      const ReplayReport report = replayFile(entry.path().string(), {});
       EXPECT_TRUE(report.sameDevice);
       EXPECT_EQ(report.differentArrays, 0) << report.text;
       expectHostAgrees(entry.path().string());
@@ -332,9 +332,9 @@ TEST_F(CaptureTest, ABrokenKernelIsFoundOut) {
   const std::string file = m_folder.file("fill");
   writeCapture(file, captureOf([&] { fill.run(queue(), a, 1, 3, 9u); }));
   const test::ChangedKernels kernels("primitives/fill.cl", "i] = value", "i] = value + (i == 1)");
-  EXPECT_EQ(replayFile(file, "").differentArrays, 0);
+  EXPECT_EQ(replayFile(file, {}).differentArrays, 0);
   const ScopedVariable changed("BTGPU_KERNEL_DIR", kernels.path());
-  const ReplayReport report = replayFile(file, "");
+  const ReplayReport report = replayFile(file, {});
   EXPECT_EQ(report.differentArrays, 1);
   EXPECT_NE(report.text.find("numbers: 1 of 16 elements differ; first: [2] is 10 (0x0000000a) and was 9 (0x00000009)"),
             std::string::npos)
