@@ -65,6 +65,7 @@ class Solver {
     for (size_t slot = 0; slot < slots.size(); ++slot) {
       if (slots[slot].manifold == NO_INDEX) continue;
       for (size_t k = 0; k < slots[slot].pointCount; ++k) m_points.push_back(load(slots[slot], slot, k));
+      m_slotEnds.push_back(m_points.size());
     }
     for (const uint j : state.joints.order) {
       if (state.joints.solved[j]) loadJoint(state.joints.joints[j]);
@@ -92,17 +93,15 @@ class Solver {
   }
 
   void iterate() {
-    for (PointRows<Real>& p : m_points) {
-      solve(m_velocities, p.normal);
-      if (m_flags & STEP_INTERLEAVE) solveFriction(p);
+    size_t first = 0;
+    for (const size_t end : m_slotEnds) {
+      iterateSlot(first, end);
+      first = end;
     }
     if (m_flags & STEP_SPLIT_IMPULSE) {
       for (PointRows<Real>& p : m_points) {
         if (p.push.rhs != 0) solve(m_pushes, p.push);
       }
-    }
-    for (PointRows<Real>& p : m_points) {
-      if (!(m_flags & STEP_INTERLEAVE)) solveFriction(p);
     }
     for (PointRows<Real>& p : m_points) solveTorsion(p);
   }
@@ -120,6 +119,15 @@ class Solver {
   }
 
  private:
+  // The points first ... end - 1 of one manifold.
+  void iterateSlot(size_t first, size_t end) {
+    for (size_t i = first; i < end; ++i) {
+      solve(m_velocities, m_points[i].normal);
+      if (m_flags & STEP_INTERLEAVE) solveFriction(m_points[i]);
+    }
+    for (size_t i = first; i < end && !(m_flags & STEP_INTERLEAVE); ++i) solveFriction(m_points[i]);
+  }
+
   struct JointRowOf {
     Row<Real> row;
     int iterations;
@@ -281,7 +289,8 @@ class Solver {
   uint m_flags;
   const std::vector<SolverMass>& m_masses;
   SolveReference& m_state;
-  std::vector<PointRows<Real>> m_points;
+  std::vector<PointRows<Real>> m_points;  // slot by slot
+  std::vector<size_t> m_slotEnds;         // in m_points
   std::vector<JointRowOf> m_jointRows;
   std::vector<Velocity<Real>> m_velocities, m_pushes;
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Projected Gauss-Seidel over the coloured constraint slots: slots of one colour move different bodies and are
-// solved in parallel, colours one after the other. Which rows a launch solves is given by `passes`: Bullet visits
-// all normal rows before all friction rows, and those before the torsional ones.
+// solved in parallel, colours one after the other. Which rows a launch solves is given by `passes`; of a slot's rows
+// the normal ones go first (docs/decisions/0014-friction-after-each-manifold.md).
 #include "../lib/kernel.h"
 #include "../lib/rows.h"
 #include "../shared/joint.h"
