@@ -47,42 +47,64 @@ static void storeBodies(CHECKS SlotHeader h, const SlotBodies* s, __global Solve
   }
 }
 
+// The rows of a contact point, but for the torsional ones. A slot's are all fetched before the first is solved: each
+// fetch takes far longer than a row, and none may overtake the store of an impulse.
+STRUCT(PointRows) {
+  float4 normal, ra, rb, tangent1, tangent2;
+  float jac, rhs, cfm, impulse, friction;
+  float pushRhs, pushImpulse;
+  float jac1, rhs1, impulse1, jac2, rhs2, impulse2;  // tangents
+};
+
 static __global float* pointRows(SlotRows rows, uint k) { return rows.points + k * POINT_FIELDS * BTGPU_LANES; }
+static __global float* tangent2Rows(SlotRows rows, uint k) {
+  return rows.tangent2 + k * TANGENT2_FIELDS * BTGPU_LANES;
+}
 
-static void warmStart(SlotRows rows, uint k, SlotBodies* s) {
+static void fetchPoint(SlotRows rows, uint k, uint passes, PointRows* r) {
   __global const float* p = pointRows(rows, k);
-  applyRowImpulse(s, loadField3(p, ROW_NORMAL), loadField3(p, ROW_R_A), loadField3(p, ROW_R_B),
-                  loadField(p, ROW_NORMAL_IMPULSE));
-}
-
-static void solveNormal(SlotRows rows, uint k, SlotBodies* s) {
-  __global float* p = pointRows(rows, k);
-  const float impulse = solveRow(s, loadField3(p, ROW_NORMAL), loadField3(p, ROW_R_A), loadField3(p, ROW_R_B),
-                                 loadField(p, ROW_NORMAL_JAC), loadField(p, ROW_NORMAL_RHS),
-                                 loadField(p, ROW_NORMAL_CFM), loadField(p, ROW_NORMAL_IMPULSE), 0.0f, INFINITY);
-  storeField(p, ROW_NORMAL_IMPULSE, impulse);
-}
-
-static void solveFriction(SlotRows rows, uint k, SlotBodies* s) {
-  __global float* p = pointRows(rows, k);
-  const float normalImpulse = loadField(p, ROW_NORMAL_IMPULSE);
-  if (!(normalImpulse > 0.0f)) return;
-  const float limit = loadField(p, ROW_FRICTION) * normalImpulse;
-  const float4 ra = loadField3(p, ROW_R_A), rb = loadField3(p, ROW_R_B);
-  const float impulse1 = solveRow(s, loadField3(p, ROW_TANGENT1), ra, rb, loadField(p, ROW_TANGENT1_JAC),
-                                  loadField(p, ROW_TANGENT1_RHS), 0.0f, loadField(p, ROW_TANGENT1_IMPULSE), -limit,
-                                  limit);
-  storeField(p, ROW_TANGENT1_IMPULSE, impulse1);
+  r->normal = loadField3(p, ROW_NORMAL);
+  r->ra = loadField3(p, ROW_R_A);
+  r->rb = loadField3(p, ROW_R_B);
+  r->impulse = loadField(p, ROW_NORMAL_IMPULSE);
+  if (passes & PASS_NORMAL) {
+    r->jac = loadField(p, ROW_NORMAL_JAC);
+    r->rhs = loadField(p, ROW_NORMAL_RHS);
+    r->cfm = loadField(p, ROW_NORMAL_CFM);
+    r->pushRhs = loadField(p, ROW_PUSH_RHS);
+    r->pushImpulse = loadField(p, ROW_PUSH_IMPULSE);
+  }
+  if (!(passes & PASS_FRICTION)) return;
+  r->friction = loadField(p, ROW_FRICTION);
+  r->tangent1 = loadField3(p, ROW_TANGENT1);
+  r->jac1 = loadField(p, ROW_TANGENT1_JAC);
+  r->rhs1 = loadField(p, ROW_TANGENT1_RHS);
+  r->impulse1 = loadField(p, ROW_TANGENT1_IMPULSE);
   if (!rows.tangent2) return;
-  __global float* q = rows.tangent2 + k * TANGENT2_FIELDS * BTGPU_LANES;
-  const float impulse2 =
-      solveRow(s, loadField3(q, ROW_TANGENT2), ra, rb, loadField(q, ROW_TANGENT2_JAC), loadField(q, ROW_TANGENT2_RHS),
-               0.0f, loadField(q, ROW_TANGENT2_IMPULSE), -limit, limit);
-  storeField(q, ROW_TANGENT2_IMPULSE, impulse2);
+  __global const float* q = tangent2Rows(rows, k);
+  r->tangent2 = loadField3(q, ROW_TANGENT2);
+  r->jac2 = loadField(q, ROW_TANGENT2_JAC);
+  r->rhs2 = loadField(q, ROW_TANGENT2_RHS);
+  r->impulse2 = loadField(q, ROW_TANGENT2_IMPULSE);
 }
 
-static void solveTorsionRows(SlotRows rows, uint k, SlotBodies* s) {
-  const float normalImpulse = loadField(pointRows(rows, k), ROW_NORMAL_IMPULSE);
+static void storeImpulsesOf(SlotRows rows, uint k, uint passes, const PointRows* r) {
+  __global float* p = pointRows(rows, k);
+  if (passes & PASS_NORMAL) storeField(p, ROW_NORMAL_IMPULSE, r->impulse);
+  if (!(passes & PASS_FRICTION)) return;
+  storeField(p, ROW_TANGENT1_IMPULSE, r->impulse1);
+  if (rows.tangent2) storeField(tangent2Rows(rows, k), ROW_TANGENT2_IMPULSE, r->impulse2);
+}
+
+static void solveFriction(int twoDirections, PointRows* r, SlotBodies* s) {
+  if (!(r->impulse > 0.0f)) return;
+  const float limit = r->friction * r->impulse;
+  r->impulse1 = solveRow(s, r->tangent1, r->ra, r->rb, r->jac1, r->rhs1, 0.0f, r->impulse1, -limit, limit);
+  if (!twoDirections) return;
+  r->impulse2 = solveRow(s, r->tangent2, r->ra, r->rb, r->jac2, r->rhs2, 0.0f, r->impulse2, -limit, limit);
+}
+
+static void solveTorsionRows(SlotRows rows, uint k, float normalImpulse, SlotBodies* s) {
   if (!(normalImpulse > 0.0f)) return;
   for (uint r = 0; r < TORSION_ROWS; ++r) {
     __global float* t = rows.torsion + (k * TORSION_ROWS + r) * TORSION_FIELDS * BTGPU_LANES;
@@ -97,8 +119,11 @@ static void solveTorsionRows(SlotRows rows, uint k, SlotBodies* s) {
 }
 
 // Split impulse: removes penetration by velocities that move the pose once and are then forgotten.
-static void solvePush(CHECKS SlotHeader h, SlotRows rows, __global SolverBody* bodies, const SlotBodies* masses) {
-  SlotBodies s = *masses;
+static void solvePush(CHECKS SlotHeader h, SlotRows rows, __global SolverBody* bodies, const PointRows* points,
+                      SlotBodies s) {
+  int pushed = 0;
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) pushed |= k < h.pointCount && points[k].pushRhs != 0.0f;
+  if (!pushed) return;
   s.linearA = s.angularA = s.linearB = s.angularB = vec3(0.0f, 0.0f, 0.0f);
   if (h.bodyA != NO_INDEX) {
     s.linearA = AT(bodies, h.bodyA).pushLinear;
@@ -108,27 +133,24 @@ static void solvePush(CHECKS SlotHeader h, SlotRows rows, __global SolverBody* b
     s.linearB = AT(bodies, h.bodyB).pushLinear;
     s.angularB = AT(bodies, h.bodyB).turnAngular;
   }
-  int pushed = 0;
-  for (uint k = 0; k < h.pointCount; ++k) {
-    __global float* p = pointRows(rows, k);
-    const float rhs = loadField(p, ROW_PUSH_RHS);
-    if (rhs == 0.0f) continue;
-    const float impulse = solveRow(&s, loadField3(p, ROW_NORMAL), loadField3(p, ROW_R_A), loadField3(p, ROW_R_B),
-                                   loadField(p, ROW_NORMAL_JAC), rhs, loadField(p, ROW_NORMAL_CFM),
-                                   loadField(p, ROW_PUSH_IMPULSE), 0.0f, INFINITY);
-    storeField(p, ROW_PUSH_IMPULSE, impulse);
-    pushed = 1;
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k >= h.pointCount || points[k].pushRhs == 0.0f) continue;
+    const PointRows p = points[k];
+    const float impulse =
+        solveRow(&s, p.normal, p.ra, p.rb, p.jac, p.pushRhs, p.cfm, p.pushImpulse, 0.0f, INFINITY);
+    storeField(pointRows(rows, k), ROW_PUSH_IMPULSE, impulse);
   }
-  if (pushed && h.bodyA != NO_INDEX) {
+  if (h.bodyA != NO_INDEX) {
     AT(bodies, h.bodyA).pushLinear = s.linearA;
     AT(bodies, h.bodyA).turnAngular = s.angularA;
   }
-  if (pushed && h.bodyB != NO_INDEX) {
+  if (h.bodyB != NO_INDEX) {
     AT(bodies, h.bodyB).pushLinear = s.linearB;
     AT(bodies, h.bodyB).turnAngular = s.angularB;
   }
 }
 
+// Loops have a fixed length so that `points` can be kept in registers.
 static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                       __global float* tangent2, __global float* torsion) {
@@ -139,17 +161,35 @@ static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const 
   r.points = rows + slotBase(slot, SLOT_FIELDS);
   r.tangent2 = flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
   r.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
+  const int twoDirections = r.tangent2 != 0;
   const int pointwise = (passes & PASS_FRICTION) && (flags & STEP_INTERLEAVE);
-  SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
-  for (uint k = 0; k < h.pointCount; ++k) {
-    if (passes & PASS_WARM_START) warmStart(r, k, &s);
-    if (passes & PASS_NORMAL) solveNormal(r, k, &s);
-    if (pointwise) solveFriction(r, k, &s);
-    if (passes & PASS_TORSION) solveTorsionRows(r, k, &s);
+  PointRows points[MANIFOLD_POINTS];
+#pragma unroll
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k < h.pointCount) fetchPoint(r, k, passes, &points[k]);
   }
-  for (uint k = 0; k < h.pointCount && (passes & PASS_FRICTION) && !pointwise; ++k) solveFriction(r, k, &s);
+  SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
+#pragma unroll
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k >= h.pointCount) continue;
+    PointRows* p = &points[k];
+    if (passes & PASS_WARM_START) applyRowImpulse(&s, p->normal, p->ra, p->rb, p->impulse);
+    if (passes & PASS_NORMAL) {
+      p->impulse = solveRow(&s, p->normal, p->ra, p->rb, p->jac, p->rhs, p->cfm, p->impulse, 0.0f, INFINITY);
+    }
+    if (pointwise) solveFriction(twoDirections, p, &s);
+    if (passes & PASS_TORSION) solveTorsionRows(r, k, p->impulse, &s);
+  }
+#pragma unroll
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k < h.pointCount && (passes & PASS_FRICTION) && !pointwise) solveFriction(twoDirections, &points[k], &s);
+  }
   storeBodies(WITH_CHECKS h, &s, bodies);
-  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(WITH_CHECKS h, r, bodies, &s);
+#pragma unroll
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k < h.pointCount) storeImpulsesOf(r, k, passes, &points[k]);
+  }
+  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(WITH_CHECKS h, r, bodies, points, s);
 }
 
 #ifdef BTGPU_SHAPE_CPU
