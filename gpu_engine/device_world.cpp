@@ -190,8 +190,8 @@ void DeviceWorld::spoilStepArrays(Queue& queue) {
     (fillWithPattern(queue, arrays.buffer(), 0, arrays.capacityBytes()), ...);
   };
   spoilAll(steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
-  spoilAll(keys, pairs, items, bucketFirst, contacts, axes, overlapping, closest, nearPairs, manifolds, constraints);
-  spoilAll(overlapCount, nearCount, manifoldCount, constraintCount, jointEffects, jointImpulses, jointSolved);
+  spoilAll(keys, pairs, items, bucketFirst, contacts, axes, closest, nearPairs, manifolds, constraints);
+  spoilAll(nearCount, manifoldCount, constraintCount, jointEffects, jointImpulses, jointSolved);
   spoilAll(slotFirst, slots, rows, tangent2, torsion);
 }
 

@@ -71,8 +71,6 @@ struct DeviceWorld {
   DeviceArray<uint> bucketFirst{"bucket starts"};                // BUCKET_COUNT + 1; stage 35
   DeviceArray<RawContacts> contacts{"contact candidates"};       // stages 42, 44 and 46
   DeviceArray<SeparatingAxis> axes{"separating axes"};           // stage 44; by position in the box-box bucket
-  DeviceArray<uint> overlapping{"overlapping box pairs"};        // stage 44: positions in the bucket, ascending
-  DeviceArray<uint> overlapCount{"overlapping box pair count"};  // 1; stage 44
   DeviceArray<ClosestFeatures> closest{"closest features"};      // stage 44; by position among the convex pairs
   DeviceArray<uint> nearPairs{"convex pairs near each other"};   // stage 44: such positions, ascending
   DeviceArray<uint> nearCount{"count of near convex pairs"};     // 1; stage 44
@@ -125,7 +123,7 @@ struct DeviceWorld {
     all(hullVertices, hullFaces, hullCorners, hullEdges);
     all(oldAabbs, oldKeys, oldPairCount, oldManifolds, spareAabbs, sparePairKeys, sparePairCount, spareManifolds);
     all(born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
-    all(keys, pairCount, pairs, items, bucketFirst, contacts, axes, overlapping, overlapCount);
+    all(keys, pairCount, pairs, items, bucketFirst, contacts, axes);
     all(closest, nearPairs, nearCount, manifolds, hostManifolds, manifoldCount, matchedManifolds);
     all(constraints, constraintCount, touching, fresh, ignoredPairs);
     all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved);

@@ -17,21 +17,15 @@ class HostFindSeparatingAxis : public HostStage {
   void store(StageIo& io) override {
     DeviceWorld& w = io.world;
     std::vector<RawContacts> contacts = m_before;
-    SeparatingAxes found = findSeparatingAxesReference(m_in, contacts);
-    io.write(w.overlapCount, {static_cast<uint>(found.overlapping.size())});
-    // As long as the device's: kernels take the lengths for granted.
-    found.axes.resize(w.capacities.pairs);
-    found.overlapping.resize(w.capacities.pairs);
-    io.write(w.axes, found.axes);
-    io.write(w.overlapping, found.overlapping);
+    std::vector<SeparatingAxis> found = findSeparatingAxesReference(m_in, contacts);
+    found.resize(w.capacities.pairs);  // as long as the device's: kernels take the lengths for granted
+    io.write(w.axes, found);
     io.write(w.contacts, contacts);
   }
   void check(StageIo& io, Contract& contract) override {
     DeviceWorld& w = io.world;
     const size_t count = m_in.bucketFirst[BUCKET_BOX_BOX + 1] - m_in.bucketFirst[BUCKET_BOX_BOX];
-    checkSeparatingAxes(contract, m_in,
-                        {io.read(w.axes, count), io.read(w.overlapping, io.read(w.overlapCount, 1).at(0))}, m_before,
-                        io.read(w.contacts, m_in.pairs.size()));
+    checkSeparatingAxes(contract, m_in, io.read(w.axes, count), m_before, io.read(w.contacts, m_in.pairs.size()));
   }
 
  private:

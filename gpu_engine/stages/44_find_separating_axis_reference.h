@@ -29,13 +29,8 @@ std::array<AxisProjection, 15> projectBoxes(const Shape& a, const BodyPose& pose
 // The axis of least overlap; an edge axis must beat the best one before it by 5 %, as in Bullet's dBoxBox2.
 SeparatingAxis separatingAxisReference(const Shape& a, const BodyPose& poseA, const Shape& b, const BodyPose& poseB);
 
-struct SeparatingAxes {
-  std::vector<SeparatingAxis> axes;  // by position in the box-box bucket
-  std::vector<uint> overlapping;     // positions of pairs without a separating axis, ascending
-};
-
-// For all box-box pairs, as `items` and `bucketFirst` list them; clears their contacts.
-SeparatingAxes findSeparatingAxesReference(const PairArrays& in, std::vector<RawContacts>& contacts);
+// For all box-box pairs, as `items` and `bucketFirst` list them, in that order; clears their contacts.
+std::vector<SeparatingAxis> findSeparatingAxesReference(const PairArrays& in, std::vector<RawContacts>& contacts);
 
 // ---- how exact the kernels are
 
@@ -56,9 +51,8 @@ double axisError(const AxisProjection& axis, size_t code, double size);
 // its two sides.
 bool isAmbiguousAxis(const AxisProjections& axes, double size);
 
-// The axes by position in the box-box bucket; pairs without one that separates listed; no candidates left of box-box
-// pairs, and those of others as `before`.
-void checkSeparatingAxes(Contract& contract, const PairArrays& in, const SeparatingAxes& device,
+// The axes by position in the box-box bucket; no candidates left of box-box pairs, and those of others as `before`.
+void checkSeparatingAxes(Contract& contract, const PairArrays& in, const std::vector<SeparatingAxis>& device,
                          const std::vector<RawContacts>& before, const std::vector<RawContacts>& contacts);
 
 }  // namespace btgpu

@@ -9,9 +9,8 @@ ClipFaces::ClipFaces(ComputeDevice& device) : m_clipFaces(device, "stages/46_cli
 void ClipFaces::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("46_clip_faces");
   const size_t capacity = world.capacities.pairs;
-  m_clipFaces.launch(queue, queue.device().grid(capacity), world.counters, static_cast<uint>(capacity),
-                     world.overlapCount, world.overlapping, world.bucketFirst, world.items, world.pairs, world.infos,
-                     world.shapes, world.poses, world.axes, world.contacts);
+  m_clipFaces.launch(queue, queue.device().grid(capacity), world.counters, world.bucketFirst, world.items, world.pairs,
+                     world.infos, world.shapes, world.poses, world.axes, world.contacts);
 }
 
 }  // namespace btgpu

@@ -14,22 +14,20 @@ class HostClipFaces : public HostStage {
     DeviceWorld& w = io.world;
     m_in = readPairArrays(io);
     m_axes = io.read(w.axes, m_in.bucketFirst[BUCKET_BOX_BOX + 1] - m_in.bucketFirst[BUCKET_BOX_BOX]);
-    m_overlapping = io.read(w.overlapping, io.read(w.overlapCount, 1).at(0));
     m_before = io.read(w.contacts, m_in.pairs.size());
   }
   void store(StageIo& io) override {
     std::vector<RawContacts> contacts = m_before;
-    clipFacesReference(m_in, m_overlapping, m_axes, contacts);
+    clipFacesReference(m_in, m_axes, contacts);
     io.write(io.world.contacts, contacts);
   }
   void check(StageIo& io, Contract& contract) override {
-    checkClippedFaces(contract, m_in, m_overlapping, m_axes, m_before, io.read(io.world.contacts, m_in.pairs.size()));
+    checkClippedFaces(contract, m_in, m_axes, m_before, io.read(io.world.contacts, m_in.pairs.size()));
   }
 
  private:
   PairArrays m_in;
   std::vector<SeparatingAxis> m_axes;
-  std::vector<uint> m_overlapping;
   std::vector<RawContacts> m_before;
 };
 

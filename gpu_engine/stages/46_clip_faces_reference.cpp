@@ -175,9 +175,10 @@ bool hasTwoFeatures(const BodyPose& poseA, const BodyPose& poseB, const Separati
   return largest - second < kTie;
 }
 
-void clipFacesReference(const PairArrays& in, const std::vector<uint>& overlapping,
-                        const std::vector<SeparatingAxis>& axes, std::vector<RawContacts>& contacts) {
-  for (const uint position : overlapping) {
+void clipFacesReference(const PairArrays& in, const std::vector<SeparatingAxis>& axes,
+                        std::vector<RawContacts>& contacts) {
+  for (uint position = 0; position < axes.size(); ++position) {
+    if (axes[position].code < 0) continue;
     const uint i = in.items[in.bucketFirst[BUCKET_BOX_BOX] + position];
     const Pair& p = in.pairs[i];
     RawContacts raw{};
@@ -274,11 +275,11 @@ void checkClippedPair(Contract& contract, const PairArrays& in, const Pair& p, c
 
 }  // namespace
 
-void checkClippedFaces(Contract& contract, const PairArrays& in, const std::vector<uint>& overlapping,
-                       const std::vector<SeparatingAxis>& axes, const std::vector<RawContacts>& before,
-                       const std::vector<RawContacts>& device) {
+void checkClippedFaces(Contract& contract, const PairArrays& in, const std::vector<SeparatingAxis>& axes,
+                       const std::vector<RawContacts>& before, const std::vector<RawContacts>& device) {
   std::vector<bool> written(in.pairs.size(), false);
-  for (const uint position : overlapping) {
+  for (uint position = 0; position < axes.size(); ++position) {
+    if (axes[position].code < 0) continue;
     const uint i = in.items[in.bucketFirst[BUCKET_BOX_BOX] + position];
     const Pair& p = in.pairs[i];
     written[i] = true;
@@ -286,7 +287,7 @@ void checkClippedFaces(Contract& contract, const PairArrays& in, const std::vect
     checkClippedPair(contract, in, p, axes[position], device[i]);
   }
   for (size_t i = 0; i < in.pairs.size(); ++i) {
-    contract.at("pair {}, which is not listed", i);
+    contract.at("pair {}, which does not overlap", i);
     contract.require(written[i] || std::memcmp(&device[i], &before[i], sizeof(RawContacts)) == 0, "its candidates");
   }
 }

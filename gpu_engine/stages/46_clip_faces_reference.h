@@ -28,13 +28,12 @@ std::vector<CandidatePoint> clipBoxesReference(const Shape& a, const BodyPose& p
 // reach equally far along the normal: either may be taken.
 bool hasTwoFeatures(const BodyPose& poseA, const BodyPose& poseB, const SeparatingAxis& axis);
 
-// For the box-box pairs whose positions in the bucket `overlapping` lists: overwrites their contacts.
-void clipFacesReference(const PairArrays& in, const std::vector<uint>& overlapping,
-                        const std::vector<SeparatingAxis>& axes, std::vector<RawContacts>& contacts);
+// For the box-box pairs without a separating axis, all by position in the bucket: overwrites their contacts.
+void clipFacesReference(const PairArrays& in, const std::vector<SeparatingAxis>& axes,
+                        std::vector<RawContacts>& contacts);
 
 // `before`: the candidates that the stage found there, which pairs that are not listed keep.
-void checkClippedFaces(Contract& contract, const PairArrays& in, const std::vector<uint>& overlapping,
-                       const std::vector<SeparatingAxis>& axes, const std::vector<RawContacts>& before,
-                       const std::vector<RawContacts>& device);
+void checkClippedFaces(Contract& contract, const PairArrays& in, const std::vector<SeparatingAxis>& axes,
+                       const std::vector<RawContacts>& before, const std::vector<RawContacts>& device);
 
 }  // namespace btgpu

@@ -44,6 +44,11 @@ LIB void tryEdge(REF(AxisSearch) best, float4 axis, float distance, float reach,
   best->code = code;
 }
 
+// A's axis i x v, in A's axes.
+LIB float4 edgeAxis(int i, float4 v) {
+  return i == 0 ? vec3(0.0f, -v.z, v.y) : i == 1 ? vec3(v.z, 0.0f, -v.x) : vec3(-v.y, v.x, 0.0f);
+}
+
 // Tests the 15 axes of two boxes with half extents a, b, rotations ra, rb. result.normal is in world axes.
 LIB SeparatingAxis separatingAxisBoxBox(float4 a, Matrix3 ra, float4 b, Matrix3 rb, float4 bFromA) {
   const float4 t = mulTransposed(ra, bFromA);  // B's centre in A's axes
@@ -67,7 +72,7 @@ LIB SeparatingAxis separatingAxisBoxBox(float4 a, Matrix3 ra, float4 b, Matrix3 
   }
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
-      const float4 axis = cross3(unitVector(i), axisB[j]);
+      const float4 axis = edgeAxis(i, axisB[j]);
       const float reachA = dot3(a, abs3(axis) + (vec3(1.0f, 1.0f, 1.0f) - unitVector(i)) * EDGE_SLACK);
       float reachB = 0.0f;
       for (int k = 0; k < 3; ++k) {

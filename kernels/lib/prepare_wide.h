@@ -13,57 +13,12 @@
 // End of 65_prepare_contacts.cl
 STRUCT(WideEnd) {
   Lanes3 linear, angular, externalLinear, externalAngular, angularFactor;
-  Lanes3 inertia0, inertia1, inertia2;
-  Lanes3 rotation0, rotation1, rotation2;
+  WideMatrix inertia, rotation;
   Lanes inverseMass;
   LaneMask pushed;
 };
 
-WIDE Lanes3 xyzWide(Lanes4 v) {
-  Lanes3 r;
-  r.x = v.x;
-  r.y = v.y;
-  r.z = v.z;
-  return r;
-}
-WIDE Lanes3 addWide(Lanes3 a, Lanes3 b) {
-  a.x += b.x;
-  a.y += b.y;
-  a.z += b.z;
-  return a;
-}
-WIDE Lanes3 subtractWide(Lanes3 a, Lanes3 b) {
-  a.x -= b.x;
-  a.y -= b.y;
-  a.z -= b.z;
-  return a;
-}
-WIDE Lanes3 mulMatrixWide(Lanes3 row0, Lanes3 row1, Lanes3 row2, Lanes3 v) {
-  Lanes3 r;
-  r.x = dotWide(row0, v);
-  r.y = dotWide(row1, v);
-  r.z = dotWide(row2, v);
-  return r;
-}
 WIDE LaneMask isFiniteWide(Lanes v) { return (as_int16(v) & 0x7f800000) != 0x7f800000; }
-
-// matrixFromQuaternion
-WIDE void rotationWide(Lanes4 q, WideEnd* e) {
-  const Lanes s = 2.0f / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  const Lanes xs = q.x * s, ys = q.y * s, zs = q.z * s;
-  const Lanes wx = q.w * xs, wy = q.w * ys, wz = q.w * zs;
-  const Lanes xx = q.x * xs, xy = q.x * ys, xz = q.x * zs;
-  const Lanes yy = q.y * ys, yz = q.y * zs, zz = q.z * zs;
-  e->rotation0.x = 1.0f - (yy + zz);
-  e->rotation0.y = xy - wz;
-  e->rotation0.z = xz + wy;
-  e->rotation1.x = xy + wz;
-  e->rotation1.y = 1.0f - (xx + zz);
-  e->rotation1.z = yz - wx;
-  e->rotation2.x = xz - wy;
-  e->rotation2.y = yz + wx;
-  e->rotation2.z = 1.0f - (xx + yy);
-}
 
 WIDE void makeEndWide(const uint* body, __global const BodyPose* poses, __global const BodyStep* steps,
                       __global const BodyMass* masses, WideEnd* e) {
@@ -73,14 +28,14 @@ WIDE void makeEndWide(const uint* body, __global const BodyPose* poses, __global
   e->angular = xyzWide(gatherWide(&steps->angularVelocity, sizeof(BodyStep) / 16, body));
   e->externalLinear = xyzWide(gatherWide(&steps->externalLinear, sizeof(BodyStep) / 16, body));
   e->externalAngular = xyzWide(gatherWide(&steps->externalAngular, sizeof(BodyStep) / 16, body));
-  e->inertia0 = xyzWide(gatherWide(&steps->inverseInertia0, sizeof(BodyStep) / 16, body));
-  e->inertia1 = xyzWide(gatherWide(&steps->inverseInertia1, sizeof(BodyStep) / 16, body));
-  e->inertia2 = xyzWide(gatherWide(&steps->inverseInertia2, sizeof(BodyStep) / 16, body));
+  e->inertia.row0 = xyzWide(gatherWide(&steps->inverseInertia0, sizeof(BodyStep) / 16, body));
+  e->inertia.row1 = xyzWide(gatherWide(&steps->inverseInertia1, sizeof(BodyStep) / 16, body));
+  e->inertia.row2 = xyzWide(gatherWide(&steps->inverseInertia2, sizeof(BodyStep) / 16, body));
   e->angularFactor = xyzWide(gatherWide(&masses->angularFactor, sizeof(BodyMass) / 16, body));
   const Lanes3 factor =
       timesWide(xyzWide(gatherWide(&masses->linearFactor, sizeof(BodyMass) / 16, body)), e->inverseMass);
   e->pushed = dotWide(factor, factor) >= BTGPU_EPSILON * BTGPU_EPSILON;
-  rotationWide(gatherWide(&poses->orientation, sizeof(BodyPose) / 16, body), e);
+  e->rotation = matrixFromQuaternionWide(gatherWide(&poses->orientation, sizeof(BodyPose) / 16, body));
 }
 
 // ---- velocityAt and so on of rows.h
@@ -90,7 +45,7 @@ WIDE Lanes3 velocityWithForcesAtWide(const WideEnd* e, Lanes3 r) {
   return addWide(addWide(e->linear, e->externalLinear), crossWide(addWide(e->angular, e->externalAngular), r));
 }
 WIDE Lanes complianceWide(const WideEnd* e, Lanes3 n, Lanes3 r) {
-  Lanes3 angular = mulMatrixWide(e->inertia0, e->inertia1, e->inertia2, crossWide(r, n));
+  Lanes3 angular = mulMatrixWide(e->inertia, crossWide(r, n));
   angular.x *= e->angularFactor.x;
   angular.y *= e->angularFactor.y;
   angular.z *= e->angularFactor.z;
@@ -207,8 +162,8 @@ WIDE void preparePointWide(StepParams s, const WideEnd* a, const WideEnd* b, Lan
                            __global ContactPoint* first, const uint* manifold, __global float* slot) {
   WidePoint p;
   loadPointWide(first, manifold, &p);
-  const Lanes3 ra = mulMatrixWide(a->rotation0, a->rotation1, a->rotation2, xyzWide(p.localA));
-  const Lanes3 rb = mulMatrixWide(b->rotation0, b->rotation1, b->rotation2, xyzWide(p.localB));
+  const Lanes3 ra = mulMatrixWide(a->rotation, xyzWide(p.localA));
+  const Lanes3 rb = mulMatrixWide(b->rotation, xyzWide(p.localB));
   const LaneMask solved = live & (p.localA.w <= threshold) & (a->pushed | b->pushed);
   prepareNormalWide(s, a, b, &p, ra, rb, solved, live, slot);
   const Lanes3 t1 = chooseTangentWide(a, b, &p, ra, rb, solved, first, manifold);

@@ -2,17 +2,26 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "../lib/box_box.h"
 #include "../lib/kernel.h"
+#ifdef BTGPU_SHAPE_CPU
+#include "../lib/box_box_wide.h"
+#endif
 
-// Separating axis test of all box-box pairs. axes[] and overlap[] are indexed by position in the bucket;
-// overlap[k] is 1 where no axis separates the boxes, ready for stream compaction.
+// Separating axis test of all box-box pairs. axes[] is indexed by position in the bucket.
 KERNEL findSeparatingAxis(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
                           __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
                           __global const Shape* shapes, __global const BodyPose* poses, __global RawContacts* contacts,
-                          __global SeparatingAxis* axes, __global uint* overlap) {
+                          __global SeparatingAxis* axes) {
   RETURN_ON_OVERFLOW(counters);
   const uint first = bucketFirst[BUCKET_BOX_BOX];
   ASSERT(first <= bucketFirst[BUCKET_BOX_BOX + 1], first, bucketFirst[BUCKET_BOX_BOX + 1]);
-  FOR_EACH(k, bucketFirst[BUCKET_BOX_BOX + 1] - first) {
+  const uint count = bucketFirst[BUCKET_BOX_BOX + 1] - first;
+  // The vector code checks nothing.
+#if defined(BTGPU_SHAPE_CPU) && !defined(BTGPU_DEBUG)
+  FOR_EACH(block, (count + BTGPU_WIDE - 1) / BTGPU_WIDE) {
+    findAxesWide(block * BTGPU_WIDE, count, items + first, pairs, infos, shapes, poses, contacts, axes);
+  }
+#else
+  FOR_EACH(k, count) {
     const uint i = AT(items, first + k);
     const Pair pair = AT(pairs, i);
     const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
@@ -21,13 +30,7 @@ KERNEL findSeparatingAxis(CHECKS __global const StepCounters* counters, __global
                              AT(shapes, AT(infos, pair.bodyB).shapeIndex).extents, matrixFromQuaternion(b.orientation),
                              b.position - a.position);
     AT(axes, k) = axis;
-    AT(overlap, k) = axis.code >= 0;
     AT(contacts, i).count = 0;
   }
-}
-
-// Single work item: number of box-box pairs, for the compaction that follows.
-SINGLE_KERNEL countBoxPairs(__global const StepCounters* counters, __global const uint* bucketFirst,
-                            __global uint* boxPairCount) {
-  *boxPairCount = counters->overflow ? 0 : bucketFirst[BUCKET_BOX_BOX + 1] - bucketFirst[BUCKET_BOX_BOX];
+#endif
 }

@@ -3,18 +3,19 @@
 #include "../lib/box_box.h"
 #include "../lib/kernel.h"
 
-// Contact candidates of the box-box pairs that overlap; overlapping[] lists their positions in the bucket.
-KERNEL clipFaces(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
-                 __global const uint* overlapping, __global const uint* bucketFirst, __global const uint* items,
-                 __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
-                 __global const BodyPose* poses, __global const SeparatingAxis* axes, __global RawContacts* contacts) {
+// Contact candidates of the box-box pairs that overlap.
+KERNEL clipFaces(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
+                 __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
+                 __global const Shape* shapes, __global const BodyPose* poses, __global const SeparatingAxis* axes,
+                 __global RawContacts* contacts) {
   RETURN_ON_OVERFLOW(counters);
-  FOR_EACH(n, itemCount(pairCapacity, overlapCount)) {
-    const uint k = AT(overlapping, n);
-    const uint i = AT(items, bucketFirst[BUCKET_BOX_BOX] + k);
-    const Pair pair = AT(pairs, i);
+  const uint first = bucketFirst[BUCKET_BOX_BOX];
+  FOR_EACH(k, bucketFirst[BUCKET_BOX_BOX + 1] - first) {
     const SeparatingAxis axis = AT(axes, k);
-    ASSERT(axis.code >= 0 && axis.code <= 14, axis.code, k);
+    ASSERT(axis.code >= -1 && axis.code <= 14, axis.code, k);
+    if (axis.code < 0) continue;
+    const uint i = AT(items, first + k);
+    const Pair pair = AT(pairs, i);
     ASSERT_FLOATS(isUnit(axis.normal), axis.normal.x, axis.normal.w);
     const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
     const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);

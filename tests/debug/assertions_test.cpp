@@ -77,7 +77,8 @@ std::string placeOf(const std::string& file, const std::string& text) {
 std::string workItem(int item) { return ", work item " + std::to_string(gpuShape() ? item : 0) + ": "; }
 
 const std::string kClip = "stages/46_clip_faces.cl", kSeparate = "stages/44_find_separating_axis.cl";
-const std::string kListed = "const uint k = AT(overlapping, n);";
+const std::string kItem = "const uint i = AT(items, first + k);";
+const std::string kNoItem = "const uint i = AT(items, first + k + (k == 7 ? 1000000 : 0));";
 
 // Hulls, joints in colours and in the serial batch, contacts of the host; both kinds of solver settings.
 TEST(Assertions, ASoundWorldFailsNoneAndStaysTheSame) {
@@ -102,11 +103,11 @@ TEST(Assertions, ASoundWorldFailsNoneAndStaysTheSame) {
 
 // An index that is read from memory.
 TEST(Assertions, AnIndexBeyondTheEnd) {
-  const StepResults results = stepWith(kClip, kListed, "const uint k = AT(overlapping, n) + (n == 7 ? 1000000 : 0);");
+  const StepResults results = stepWith(kClip, kItem, kNoItem);
   EXPECT_GE(results.failedAssertions, 1u);
   EXPECT_EQ(results.firstAssertion.rfind("assertion in 46_clip_faces, clipFaces, " +
                                              placeOf(kClip, "const uint i = AT(items") + workItem(7) +
-                                             "items[bucketFirst[BUCKET_BOX_BOX] + k], index 1000007 of ",
+                                             "items[first + k + (k == 7 ? 1000000 : 0)], index 1000007 of ",
                                          0),
             0u)
       << results.firstAssertion;
@@ -115,10 +116,10 @@ TEST(Assertions, AnIndexBeyondTheEnd) {
 // What is reported is not done: the zone behind the array stays whole, or it would count as a second failure.
 TEST(Assertions, AWriteBeyondTheEndIsNotDone) {
   const StepResults results =
-      stepWith(kClip, "AT(contacts, i) = raw;", "AT(contacts, n == 7 ? LENGTH(contacts) : i) = raw;");
+      stepWith(kClip, "AT(contacts, i) = raw;", "AT(contacts, k == 7 ? LENGTH(contacts) : i) = raw;");
   EXPECT_EQ(results.failedAssertions, 1u);
   EXPECT_NE(results.firstAssertion.find("clipFaces, " + placeOf(kClip, "AT(contacts, i) = raw") + workItem(7) +
-                                        "contacts[n == 7 ? LENGTH(contacts) : i], index "),
+                                        "contacts[k == 7 ? LENGTH(contacts) : i], index "),
             std::string::npos)
       << results.firstAssertion;
 }
@@ -141,8 +142,8 @@ TEST(Assertions, AnOutputThatIsNotWritten) {
     const StepResults results = stepWith(kSeparate, "AT(axes, k) = axis;", "if (k != 7) AT(axes, k) = axis;", steps);
     EXPECT_GE(results.failedAssertions, 1u);
     EXPECT_EQ(results.firstAssertion,
-              "assertion in 46_clip_faces, clipFaces, " + placeOf(kClip, "ASSERT(axis.code >= 0") + workItem(7) +
-                  "axis.code >= 0 && axis.code <= 14, values " + std::to_string(DEBUG_PATTERN) + " and 7");
+              "assertion in 46_clip_faces, clipFaces, " + placeOf(kClip, "ASSERT(axis.code >= -1") + workItem(7) +
+                  "axis.code >= -1 && axis.code <= 14, values " + std::to_string(DEBUG_PATTERN) + " and 7");
   }
 }
 
@@ -166,7 +167,7 @@ TEST(Assertions, ABodyThatIsNotThere) {
 
 // The count goes on from zero, and the text is that of the step.
 TEST(Assertions, EachStepHasItsOwn) {
-  const test::ChangedKernels kernels(kClip, kListed, "const uint k = AT(overlapping, n) + (n == 7 ? 1000000 : 0);");
+  const test::ChangedKernels kernels(kClip, kItem, kNoItem);
   Side sound(rowOfBoxes(), debugSettings());
   EXPECT_EQ(sound.step().failedAssertions, 0u);
   const ScopedVariable changed("BTGPU_KERNEL_DIR", kernels.path());
