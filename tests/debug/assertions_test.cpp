@@ -180,14 +180,14 @@ TEST(Assertions, EachStepHasItsOwn) {
 // Asked for by the environment; without it the same fault (harmless by itself) goes unnoticed.
 TEST(Assertions, OnlyIfAskedFor) {
   const test::ChangedKernels kernels(kClip, "    AT(contacts, i) = raw;",
-                                     "    ASSERT(n != 7, n, 23);\n    AT(contacts, i) = raw;");
+                                     "    ASSERT(k != 7, k, 23);\n    AT(contacts, i) = raw;");
   const ScopedVariable changed("BTGPU_KERNEL_DIR", kernels.path());
   Side plain(rowOfBoxes(), {});
   EXPECT_EQ(plain.step().failedAssertions, 0u);
   const ScopedVariable on("BTGPU_DEBUG_KERNELS", "1");
   Side checked(rowOfBoxes(), {});
   EXPECT_EQ(checked.step().failedAssertions, 1u);
-  EXPECT_NE(checked.results.firstAssertion.find(workItem(7) + "n != 7, values 7 and 23"), std::string::npos)
+  EXPECT_NE(checked.results.firstAssertion.find(workItem(7) + "k != 7, values 7 and 23"), std::string::npos)
       << checked.results.firstAssertion;
 }
 
