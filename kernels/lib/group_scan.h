@@ -25,6 +25,14 @@ static inline uint groupExclusiveScan(uint value, __local uint* scratch, uint* t
   barrier(CLK_LOCAL_MEM_FENCE);
   return inclusive - value;
 }
+
+// sums[0] + ... + sums[count - 1], for all lanes, which must all call it.
+static inline uint groupSumBelow(__global const uint* sums, uint count, __local uint* scratch) {
+  uint sum = 0, total;
+  for (uint i = get_local_id(0); i < count; i += GROUP_SIZE) sum += sums[i];
+  groupExclusiveScan(sum, scratch, &total);
+  return total;
+}
 #endif
 
 #endif
