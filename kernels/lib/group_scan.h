@@ -7,6 +7,16 @@
 
 #define CHUNK_BEGIN(count, group, groups) ((uint)((ulong)(count) * (group) / (groups)))
 
+// The items of the group's chunk.
+#ifdef BTGPU_SHAPE_CPU
+#define FOR_CHUNK(i, count) FOR_EACH(i, count)
+#else
+#define FOR_CHUNK(i, count)                                                                     \
+  for (uint i = CHUNK_BEGIN(count, get_group_id(0), get_num_groups(0)) + get_local_id(0),       \
+            i##_end = CHUNK_BEGIN(count, get_group_id(0) + 1, get_num_groups(0));               \
+       i < i##_end; i += GROUP_SIZE)
+#endif
+
 #ifdef BTGPU_SHAPE_GPU
 // Sum of `value` over all lower lanes; *total gets the sum of all lanes. `scratch` has GROUP_SIZE elements and
 // may be reused at once: the function ends with a barrier. All lanes must call it.
