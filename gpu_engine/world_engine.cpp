@@ -17,7 +17,7 @@ namespace {
 constexpr size_t kPairsPerBody = 6;
 constexpr size_t kMinPairs = 256;
 constexpr size_t kFirstPadding = 16 * BTGPU_LANES;
-constexpr uint kFirstColours = 8, kFirstRounds = 24, kSpareRounds = 4;
+constexpr uint kFirstColours = 8, kFirstRounds = 24;
 
 // Up at once, down by and by: after a calm moment the next impact should not find everything taken away.
 uint approach(uint now, uint needed) { return needed >= now ? needed : now - (now - needed + 3) / 4; }
@@ -356,7 +356,6 @@ void WorldEngine::growAfterOverflow(const StepCounters& counters) {
   Capacities wanted = m_world->capacities;
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
-  if (counters.overflow & OVERFLOW_ROUNDS) wanted.colourRounds = std::max(2 * wanted.colourRounds, kFirstRounds);
   m_world->reserve(m_queue, wanted, m_flights[m_current].settings.twoFrictionDirections, m_traits.torsionRows);
 }
 
@@ -365,7 +364,7 @@ void WorldEngine::growAfterOverflow(const StepCounters& counters) {
 void WorldEngine::adaptLaunches(const StepCounters& counters) {
   Capacities& c = m_world->capacities;
   c.colourLaunches = counters.largeColours;
-  c.colourRounds = approach(c.colourRounds, counters.colourRounds + kSpareRounds);
+  c.colourRounds = approach(c.colourRounds, counters.colourRounds);
 }
 
 EngineInfo describeDevice(const DeviceDescription& d) {

@@ -35,7 +35,6 @@ void Reduce::sum(Queue& queue, Count count, const DeviceArray<uint>& data, Devic
 
 Scan::Scan(ComputeDevice& device)
     : m_chunkSums(device, "primitives/scan.cl", "scanChunkSums"),
-      m_chunkBases(device, "primitives/scan.cl", "scanChunkBases"),
       m_chunks(device, "primitives/scan.cl", "scanChunks") {}
 
 void Scan::exclusive(Queue& queue, Count count, const DeviceArray<uint>& in, DeviceArray<uint>& out,
@@ -45,8 +44,7 @@ void Scan::exclusive(Queue& queue, Count count, const DeviceArray<uint>& in, Dev
   out.resize(queue, count.capacity);
   total.resize(queue, 1);
   m_chunkSums.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums);
-  m_chunkBases.launch(queue, kSingleGroupOf(grid.local), groupsOf(grid), m_sums, total);
-  m_chunks.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums, out);
+  m_chunks.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums, out, total);
 }
 
 Compact::Compact(ComputeDevice& device)
@@ -103,7 +101,7 @@ template <typename Key>
 RadixSort<Key>::RadixSort(ComputeDevice& device)
     : m_count(device, "primitives/radix_sort.cl", "radixCount", keyOption(static_cast<Key*>(nullptr))),
       m_scatter(device, "primitives/radix_sort.cl", "radixScatter", keyOption(static_cast<Key*>(nullptr))),
-      m_scan(device),
+      m_scanRows(device, "primitives/scan.cl", "scanRows"),
       m_radixBits(device.shape() == KernelShape::Cpu ? 8 : 6) {}  // RADIX_BITS in radix_sort.cl
 
 template <typename Key>
@@ -121,8 +119,9 @@ template <typename Key>
 void RadixSort<Key>::run(Queue& queue, Count count, DeviceArray<Key>& keys, DeviceArray<uint>* values,
                          const std::vector<BitRange>& bits) {
   const Grid grid = queue.device().chunkGrid(count.capacity);
-  const size_t tableSize = (size_t{1} << m_radixBits) * grid.groups();
-  m_tables.resize(queue, tableSize);
+  const size_t radix = size_t{1} << m_radixBits, local = queue.device().groupSize();
+  m_tables.resize(queue, radix * grid.groups());
+  m_totals.resize(queue, radix);
   m_otherKeys.resize(queue, keys.size());
   if (values) m_otherValues.resize(queue, values->size());
   for (const BitRange range : bits) {
@@ -130,9 +129,11 @@ void RadixSort<Key>::run(Queue& queue, Count count, DeviceArray<Key>& keys, Devi
       const uint shift = range.first + done;
       const uint mask = (1u << std::min(m_radixBits, range.count - done)) - 1u;
       m_count.launch(queue, grid, count.limit(), count.onDevice(), shift, mask, keys, m_tables);
-      m_scan.exclusive(queue, {tableSize}, m_tables, m_tables, m_total);
+      // On a GPU a group a row; on a CPU all rows together are little work.
+      const size_t rowGroups = queue.device().shape() == KernelShape::Gpu ? mask + 1 : 1;
+      m_scanRows.launch(queue, {rowGroups * local, local}, mask + 1, groupsOf(grid), m_tables, m_totals);
       m_scatter.launch(queue, grid, count.limit(), count.onDevice(), shift, mask, keys, Optional<uint>{values},
-                       m_tables, m_otherKeys, Optional<uint>{values ? &m_otherValues : nullptr});
+                       m_tables, m_totals, m_otherKeys, Optional<uint>{values ? &m_otherValues : nullptr});
       swap(keys, m_otherKeys);
       if (values) swap(*values, m_otherValues);
     }

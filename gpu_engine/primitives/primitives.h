@@ -48,7 +48,7 @@ class Scan {
                  DeviceArray<uint>& total);
 
  private:
-  Kernel m_chunkSums, m_chunkBases, m_chunks;
+  Kernel m_chunkSums, m_chunks;
   DeviceArray<uint> m_sums{"scan chunk sums"};
 };
 
@@ -109,10 +109,9 @@ class RadixSort {
   void run(Queue& queue, Count count, DeviceArray<Key>& keys, DeviceArray<uint>* values,
            const std::vector<BitRange>& bits);
 
-  Kernel m_count, m_scatter;
-  Scan m_scan;
+  Kernel m_count, m_scatter, m_scanRows;
   uint m_radixBits;
-  DeviceArray<uint> m_tables{"radix tables"}, m_total{"radix total"}, m_otherValues{"radix values"};
+  DeviceArray<uint> m_tables{"radix tables"}, m_totals{"radix totals"}, m_otherValues{"radix values"};
   DeviceArray<Key> m_otherKeys{"radix keys"};
 };
 

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "60_colour_constraints.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace btgpu {
@@ -9,57 +11,80 @@ namespace {
 
 constexpr const char* kFile = "stages/60_colour_constraints.cl";
 
-}  // namespace
-
-void ColourConstraints::colour(Queue& queue, DeviceWorld& world) {
-  const uint capacity = static_cast<uint>(world.capacities.pairs);
-  if (m_serialGreedy) {
-    m_greedy.launch(queue, {1, 1}, capacity, world.counters, m_headers, m_bodyColours, m_colours);
-    return;
-  }
-  const Grid grid = queue.device().grid(capacity);
-  for (uint round = 0; round < world.capacities.colourRounds; ++round) {
-    m_claim.launch(queue, grid, capacity, world.counters, m_headers, m_bodyColours, m_colours, m_claims[round % 2]);
-    m_choose.launch(queue, grid, round, capacity, world.counters, m_headers, m_claims[round % 2],
-                    m_claims[(round + 1) % 2], m_bodyColours, m_colours);
-  }
+// Of the one group that does all rounds that are not worth a launch.
+size_t restLanes(const ComputeDevice& device) {
+  return device.device().getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>() >= 1024 ? 1024 : 256;
 }
 
-ColourConstraints::ColourConstraints(ComputeDevice& device)
-    : m_serialGreedy(device.shape() == KernelShape::Cpu),
-      m_init(device, kFile, "colourInit"),
-      m_layout(device, kFile, "layoutColours"),
-      m_fill(device, kFile, "fillSlots"),
-      m_sort(device),
-      m_boundSearch(device) {
-  if (m_serialGreedy) {
-    m_greedy = Kernel(device, kFile, "colourGreedy");
-  } else {
-    m_claim = Kernel(device, kFile, "colourClaim");
-    m_choose = Kernel(device, kFile, "colourChoose");
+std::string optionsFor(const ComputeDevice& device) {
+  return device.shape() == KernelShape::Gpu ? fmt::format("-DREST_LANES={}", restLanes(device)) : std::string();
+}
+
+}  // namespace
+
+ColourConstraints::ColourConstraints(ComputeDevice& device) : m_init(device, kFile, "colourInit", optionsFor(device)) {
+  const auto kernel = [&device](const char* name) { return Kernel(device, kFile, name, optionsFor(device)); };
+  if (device.shape() == KernelShape::Cpu) {
+    m_greedy = kernel("colourGreedy");
+    return;
   }
+  m_restLanes = restLanes(device);
+  m_round = kernel("colourRound");
+  m_rest = kernel("colourRest");
+  m_count = kernel("countColours");
+  m_scanRows = Kernel(device, "primitives/scan.cl", "scanRows");
+  m_fill = kernel("fillSlots");
 }
 
 void ColourConstraints::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("60_colour_constraints");
+  m_bodyColours.resize(queue, world.bodyCount);
+  m_headers.resize(queue, world.capacities.pairs);
+  m_colours.resize(queue, world.capacities.pairs);
+  if (m_greedy.isBuilt()) {
+    colourSerially(queue, world);
+  } else {
+    colourInRounds(queue, world);
+    fillSlots(queue, world);
+  }
+}
+
+void ColourConstraints::colourSerially(Queue& queue, DeviceWorld& world) {
   const uint bodies = static_cast<uint>(world.bodyCount), capacity = static_cast<uint>(world.capacities.pairs);
-  const uint slots = static_cast<uint>(world.capacities.slots);
-  const Count count{capacity, &world.constraintCount};
-  m_bodyColours.resize(queue, 2 * size_t{bodies});
-  m_claims[0].resize(queue, bodies);
-  m_claims[1].resize(queue, bodies);
-  m_headers.resize(queue, capacity);
-  m_colours.resize(queue, capacity);
-  m_order.resize(queue, capacity);
+  m_fixed.resize(queue, capacity);
   m_init.launch(queue, queue.device().grid(std::max(bodies, capacity)), bodies, capacity, world.counters,
-                world.constraints, world.manifolds, world.steps, m_bodyColours, m_claims[0], m_claims[1], m_headers,
-                m_colours, m_order);
-  colour(queue, world);
-  m_sort.pairs(queue, count, m_colours, m_order, {{0, 8}});
-  m_boundSearch.lower(queue, count, m_colours, COLOUR_TABLE, m_colourFirst);
-  m_layout.launch(queue, {1, 1}, slots, m_colourFirst, world.slotFirst, world.counters);
-  m_fill.launch(queue, queue.device().grid(slots), slots, world.counters, m_colourFirst, world.slotFirst, m_order,
-                m_headers, world.slots);
+                world.constraints, world.manifolds, world.steps, m_bodyColours, m_headers);
+  m_greedy.launch(queue, {1, 1}, capacity, static_cast<uint>(world.capacities.slots), world.counters, m_headers,
+                  m_bodyColours, m_fixed, m_colours, world.slotFirst, world.slots);
+}
+
+void ColourConstraints::colourInRounds(Queue& queue, DeviceWorld& world) {
+  const uint bodies = static_cast<uint>(world.bodyCount), capacity = static_cast<uint>(world.capacities.pairs);
+  const uint rounds = world.capacities.colourRounds;
+  for (auto& claims : m_claims) claims.resize(queue, bodies);
+  m_left.resize(queue, std::max(1u, rounds));
+  const Grid grid = queue.device().grid(capacity);
+  m_init.launch(queue, queue.device().grid(std::max(bodies, capacity)), bodies, capacity, rounds, world.counters,
+                world.constraints, world.manifolds, world.steps, m_bodyColours, m_claims[0], m_claims[1], m_claims[2],
+                m_left, m_headers, m_colours);
+  for (uint round = 0; round < rounds; ++round) {
+    m_round.launch(queue, grid, round, capacity, world.counters, m_headers, m_claims[round % 3],
+                   m_claims[(round + 1) % 3], m_claims[(round + 2) % 3], m_bodyColours, m_colours, m_left);
+  }
+  m_rest.launch(queue, {m_restLanes, m_restLanes}, rounds, capacity, world.counters, m_headers, m_left,
+                m_claims[rounds % 3], m_claims[(rounds + 1) % 3], m_claims[(rounds + 2) % 3], m_bodyColours, m_colours);
+}
+
+void ColourConstraints::fillSlots(Queue& queue, DeviceWorld& world) {
+  const uint capacity = static_cast<uint>(world.capacities.pairs);
+  const Grid grid = queue.device().chunkGrid(capacity);
+  const uint rows = COLOUR_LIMIT + 1, groups = static_cast<uint>(grid.groups());
+  m_tables.resize(queue, size_t{rows} * groups);
+  m_totals.resize(queue, rows);
+  m_count.launch(queue, grid, capacity, world.counters, m_colours, m_tables);
+  m_scanRows.launch(queue, {rows * grid.local, grid.local}, rows, groups, m_tables, m_totals);
+  m_fill.launch(queue, grid, capacity, static_cast<uint>(world.capacities.slots), world.counters, m_headers, m_colours,
+                m_tables, m_totals, world.slotFirst, world.slots);
 }
 
 }  // namespace btgpu

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "../device_world.h"
-#include "../primitives/primitives.h"
 
 namespace btgpu {
 
@@ -15,16 +14,20 @@ class ColourConstraints {
   void enqueue(Queue& queue, DeviceWorld& world);
 
  private:
-  void colour(Queue& queue, DeviceWorld& world);
+  void colourSerially(Queue& queue, DeviceWorld& world);
+  void colourInRounds(Queue& queue, DeviceWorld& world);
+  void fillSlots(Queue& queue, DeviceWorld& world);
 
-  bool m_serialGreedy;  // the CPU shape's body
-  Kernel m_init, m_greedy, m_claim, m_choose, m_layout, m_fill;
-  RadixSort<uint> m_sort;
-  BoundSearch m_boundSearch;
-  DeviceArray<uint> m_bodyColours{"body colours"}, m_colours{"colours"}, m_order{"constraints by colour"};
-  DeviceArray<uint> m_claims[2] = {DeviceArray<uint>("claims"), DeviceArray<uint>("next claims")};
-  DeviceArray<uint> m_colourFirst{"colour starts"};
+  Kernel m_init;
+  Kernel m_greedy;                                      // the CPU shape's body
+  Kernel m_round, m_rest, m_count, m_scanRows, m_fill;  // the GPU shape's
+  size_t m_restLanes = 0;
+  DeviceArray<ulong> m_bodyColours{"body colours"};
   DeviceArray<SlotHeader> m_headers{"constraint headers"};
+  DeviceArray<uint> m_colours{"colours"}, m_fixed{"constraints that wait"};
+  DeviceArray<uint> m_claims[3] = {DeviceArray<uint>("claims"), DeviceArray<uint>("next claims"),
+                                   DeviceArray<uint>("later claims")};
+  DeviceArray<uint> m_left{"constraints left"}, m_tables{"colour tables"}, m_totals{"colour totals"};
 };
 
 }  // namespace btgpu

@@ -45,15 +45,14 @@ LIB uint colourRank(uint index, uint bits, int hasFixedBody) {
   return permute(index, bits) | (hasFixedBody ? 1u << bits : 0u);
 }
 
+#ifndef __OPENCL_C_VERSION__
+inline uint popcount(uint bits) { return static_cast<uint>(__builtin_popcount(bits)); }
+#endif
+
 // Lowest colour that is in neither mask (64 bits as low and high word), or COLOUR_LIMIT.
 LIB uint freeColour(uint low, uint high) {
-  for (uint c = 0; c < 32; ++c) {
-    if (!(low >> c & 1u)) return c;
-  }
-  for (uint c = 0; c < 32; ++c) {
-    if (!(high >> c & 1u)) return 32 + c;
-  }
-  return 64;
+  const uint ones = popcount(low & ~(low + 1));  // those below the lowest zero
+  return ones < 32 ? ones : 32 + popcount(high & ~(high + 1));
 }
 
 BTGPU_END

@@ -7,6 +7,16 @@
 
 #define CHUNK_BEGIN(count, group, groups) ((uint)((ulong)(count) * (group) / (groups)))
 
+// The items of the group's chunk.
+#ifdef BTGPU_SHAPE_CPU
+#define FOR_CHUNK(i, count) FOR_EACH(i, count)
+#else
+#define FOR_CHUNK(i, count)                                                                     \
+  for (uint i = CHUNK_BEGIN(count, get_group_id(0), get_num_groups(0)) + get_local_id(0),       \
+            i##_end = CHUNK_BEGIN(count, get_group_id(0) + 1, get_num_groups(0));               \
+       i < i##_end; i += GROUP_SIZE)
+#endif
+
 #ifdef BTGPU_SHAPE_GPU
 // Sum of `value` over all lower lanes; *total gets the sum of all lanes. `scratch` has GROUP_SIZE elements and
 // may be reused at once: the function ends with a barrier. All lanes must call it.
@@ -24,6 +34,14 @@ static inline uint groupExclusiveScan(uint value, __local uint* scratch, uint* t
   *total = scratch[GROUP_SIZE - 1];
   barrier(CLK_LOCAL_MEM_FENCE);
   return inclusive - value;
+}
+
+// sums[0] + ... + sums[count - 1], for all lanes, which must all call it.
+static inline uint groupSumBelow(__global const uint* sums, uint count, __local uint* scratch) {
+  uint sum = 0, total;
+  for (uint i = get_local_id(0); i < count; i += GROUP_SIZE) sum += sums[i];
+  groupExclusiveScan(sum, scratch, &total);
+  return total;
 }
 #endif
 

@@ -3,7 +3,7 @@
 // Simulation islands: bodies joined by overlapping pairs, found by a lock-free union-find whose root is always
 // the lowest body index, whatever the order of the work items. An island falls asleep and wakes as a whole, by
 // Bullet's rules (btSimulationIslandManager::buildIslands); then the manifolds to be solved are selected.
-#include "../lib/kernel.h"
+#include "../lib/group_scan.h"
 #include "../lib/motion.h"
 #include "../shared/contact.h"
 #include "../shared/joint.h"
@@ -12,20 +12,44 @@
 #define ISLAND_AWAKE 1u   // holds a body that may not sleep
 #define ISLAND_SOLVED 2u  // holds an active body, once the states are decided
 
-static int isIslandMember(uint flags) { return (flags & BODY_PRESENT) && !isStaticOrKinematic(flags); }
-static int mergesIslands(uint flags) {
-  return isIslandMember(flags) && !(flags & (BODY_NO_RESPONSE | BODY_QUARANTINED));
+// What the stage has to know of a body again and again, in one word.
+#define KIND_MEMBER 1u       // in an island at all, if only its own
+#define KIND_MERGES 2u       // joins islands by pairs
+#define KIND_WAKER 4u        // kinematic and awake
+#define KIND_NO_RESPONSE 8u
+#define KIND_MOVES 16u       // the solver can move it
+#define KIND_SLEEPS 32u      // once the states are decided
+
+static uint kindOf(uint flags, int state, BodyStep step) {
+  uint kind = 0;
+  if ((flags & BODY_PRESENT) && !isStaticOrKinematic(flags)) kind |= KIND_MEMBER;
+  if ((kind & KIND_MEMBER) && !(flags & (BODY_NO_RESPONSE | BODY_QUARANTINED))) kind |= KIND_MERGES;
+  if ((flags & BODY_KINEMATIC) && !(flags & BODY_NO_RESPONSE) && state != STATE_SLEEPING) kind |= KIND_WAKER;
+  if (flags & BODY_NO_RESPONSE) kind |= KIND_NO_RESPONSE;
+  if (step.angularVelocity.w != 0.0f) kind |= KIND_MOVES;
+  return kind;
 }
 
-// Parents are read and written by many work items at once, so every access is atomic.
-static uint loadParent(volatile __global uint* parent) { return atomic_or(parent, 0u); }
+// Words that others may change at the same time. Any value that such a word has had will do, as long as it comes from
+// memory: a parent of some time ago is still an ancestor, and a bit that is set stays. Oclgrind takes that for a race.
+#ifdef BTGPU_ATOMIC_LOADS
+#define LOAD(word) atomic_or(word, 0u)
+#define LOWER(word, value) atomic_min(word, value)
+#else
+#define LOAD(word) (*(word))
+#define LOWER(word, value) (*(word) = (value))
+#endif
+
+#define SET_BITS(word, bits) \
+  if ((LOAD(word) & (bits)) != (bits)) atomic_or(word, bits)
 
 static uint findRoot(CHECKS volatile __global uint* parents, uint i) {
-  uint parent = loadParent(&AT(parents, i));
+  uint parent = LOAD(&AT(parents, i));
   ASSERT(parent <= i, parent, i);
   while (parent != i) {
-    const uint grandparent = loadParent(&AT(parents, parent));
-    atomic_min(&AT(parents, i), grandparent);  // shortens the path; parents only ever get lower
+    const uint grandparent = LOAD(&AT(parents, parent));
+    if (grandparent == parent) return parent;
+    LOWER(&AT(parents, i), grandparent);  // shortens the path; who has a parent never becomes a root again
     i = parent;
     parent = grandparent;
     ASSERT(parent <= i, parent, i);
@@ -33,21 +57,30 @@ static uint findRoot(CHECKS volatile __global uint* parents, uint i) {
   return i;
 }
 
+// Only roots get a parent here, a lower one, and only if they are roots still.
 static void unite(CHECKS volatile __global uint* parents, uint a, uint b) {
   while (true) {
     a = findRoot(WITH_CHECKS parents, a);
     b = findRoot(WITH_CHECKS parents, b);
     if (a == b) return;
     const uint low = min(a, b), high = max(a, b);
-    if (atomic_cmpxchg(&AT(parents, high), high, low) == high) return;
+    const uint parent = atomic_cmpxchg(&AT(parents, high), high, low);
+    if (parent == high) return;
+    a = low;
+    b = parent;
   }
 }
 
-KERNEL islandInit(uint bodyCount, __global uint* parents, __global uint* islandFlags, __global uint* wake) {
+KERNEL islandInit(uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
+                  __global const BodyActivation* activations, __global const BodyStep* steps, __global uint* kinds,
+                  __global uint* parents, __global uint* islandFlags, __global uint* wake, __global uint* solved) {
+  RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, bodyCount) {
+    kinds[i] = kindOf(infos[i].flags, activations[i].state, steps[i]);
     parents[i] = i;
     islandFlags[i] = 0;
     wake[i] = 0;
+    solved[i] = 0;
   }
 }
 
@@ -57,29 +90,25 @@ static int mayTouch(Pair pair) {
   if (pair.bucket == BUCKET_HOST) return 1;
   return pair.bucket != BUCKET_NONE && (pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX);
 }
-static int wakes(BodyInfo body, int state) {
-  return (body.flags & BODY_KINEMATIC) && !(body.flags & BODY_NO_RESPONSE) && state != STATE_SLEEPING;
-}
 
-static void wakeOther(CHECKS uint bodyA, uint bodyB, BodyInfo a, BodyInfo b, __global const BodyActivation* activations,
-                      volatile __global uint* wake) {
-  if (wakes(a, AT(activations, bodyA).state)) atomic_or(&AT(wake, bodyB), 1u);
-  if (wakes(b, AT(activations, bodyB).state)) atomic_or(&AT(wake, bodyA), 1u);
+static void wakeOther(CHECKS uint bodyA, uint bodyB, uint kindA, uint kindB, volatile __global uint* wake) {
+  if (kindA & KIND_WAKER) atomic_or(&AT(wake, bodyB), 1u);
+  if (kindB & KIND_WAKER) atomic_or(&AT(wake, bodyA), 1u);
 }
 
 KERNEL islandUnite(CHECKS uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
-                   __global const Pair* pairs, __global const Manifold* manifolds, __global const BodyInfo* infos,
-                   __global const BodyActivation* activations, volatile __global uint* parents,
-                   volatile __global uint* wake) {
+                   __global const Pair* pairs, __global const Manifold* manifolds, __global const uint* kinds,
+                   volatile __global uint* parents, volatile __global uint* wake) {
   RETURN_ON_OVERFLOW(counters);
   const int byContact = (params->flags & STEP_WAKE_BY_CONTACT) != 0;
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     const Pair pair = AT(pairs, i);
-    const BodyInfo a = AT(infos, pair.bodyA), b = AT(infos, pair.bodyB);
-    if (mergesIslands(a.flags) && mergesIslands(b.flags)) {
+    const uint kindA = AT(kinds, pair.bodyA), kindB = AT(kinds, pair.bodyB);
+    if (kindA & kindB & KIND_MERGES) {
       unite(WITH_CHECKS parents, pair.bodyA, pair.bodyB);
-    } else if (mayTouch(pair) && !(byContact && AT(manifolds, i).pointCount == 0)) {
-      wakeOther(WITH_CHECKS pair.bodyA, pair.bodyB, a, b, activations, wake);
+    } else if (((kindA | kindB) & KIND_WAKER) && mayTouch(pair) &&
+               !(byContact && AT(manifolds, i).pointCount == 0)) {
+      wakeOther(WITH_CHECKS pair.bodyA, pair.bodyB, kindA, kindB, wake);
     }
   }
   if (!byContact) return;
@@ -87,7 +116,7 @@ KERNEL islandUnite(CHECKS uint pairCapacity, __global const StepCounters* counte
   FOR_EACH(k, params->hostManifoldCount) {
     __global const Manifold* m = &AT(manifolds, counters->pairCount + k);
     const uint a = m->bodyA, b = m->bodyB;
-    if (m->pointCount > 0) wakeOther(WITH_CHECKS a, b, AT(infos, a), AT(infos, b), activations, wake);
+    if (m->pointCount > 0) wakeOther(WITH_CHECKS a, b, AT(kinds, a), AT(kinds, b), wake);
   }
 }
 
@@ -103,7 +132,7 @@ KERNEL islandUniteJoints(CHECKS uint jointCount, __global const StepCounters* co
   }
 }
 
-KERNEL islandFlatten(CHECKS uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
+KERNEL islandFlatten(CHECKS uint bodyCount, __global const StepCounters* counters, __global const uint* kinds,
                      __global const BodyActivation* activations, volatile __global uint* parents, __global uint* roots,
                      volatile __global uint* islandFlags) {
   RETURN_ON_OVERFLOW(counters);
@@ -111,9 +140,10 @@ KERNEL islandFlatten(CHECKS uint bodyCount, __global const StepCounters* counter
     const uint root = findRoot(WITH_CHECKS parents, i);
     const int state = activations[i].state;
     ASSERT(root <= i, root, i);
+    LOWER(&AT(parents, i), root);
     roots[i] = root;
-    if (isIslandMember(infos[i].flags) && (state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION)) {
-      atomic_or(&AT(islandFlags, root), ISLAND_AWAKE);
+    if ((kinds[i] & KIND_MEMBER) && (state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION)) {
+      SET_BITS(&AT(islandFlags, root), ISLAND_AWAKE);
     }
   }
 }
@@ -123,45 +153,38 @@ static int changedState(int state, int wanted) {
   return state == STATE_DISABLE_DEACTIVATION || state == STATE_DISABLE_SIMULATION ? state : wanted;
 }
 
-KERNEL islandStates(CHECKS uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
-                    __global const uint* roots, __global const uint* wake, volatile __global uint* islandFlags,
+KERNEL islandStates(CHECKS uint bodyCount, __global const StepCounters* counters, __global const uint* roots,
+                    __global const uint* wake, __global uint* kinds, volatile __global uint* islandFlags,
                     __global BodyActivation* activations) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, bodyCount) {
-    if (!isIslandMember(infos[i].flags)) continue;
     BodyActivation activation = activations[i];
-    if (!(atomic_or(&AT(islandFlags, roots[i]), 0u) & ISLAND_AWAKE)) {
-      activation.state = changedState(activation.state, STATE_SLEEPING);
-    } else if (activation.state == STATE_SLEEPING) {
-      activation.state = STATE_WANTS_DEACTIVATION;
-      activation.deactivationTime = 0.0f;
+    if (kinds[i] & KIND_MEMBER) {
+      if (!(LOAD(&AT(islandFlags, roots[i])) & ISLAND_AWAKE)) {
+        activation.state = changedState(activation.state, STATE_SLEEPING);
+      } else if (activation.state == STATE_SLEEPING) {
+        activation.state = STATE_WANTS_DEACTIVATION;
+        activation.deactivationTime = 0.0f;
+      }
+      if (wake[i]) {
+        activation.state = changedState(activation.state, STATE_ACTIVE);
+        activation.deactivationTime = 0.0f;
+      }
+      if (isActiveState(activation.state)) {
+        SET_BITS(&AT(islandFlags, roots[i]), ISLAND_SOLVED);
+      }
+      activations[i] = activation;
     }
-    if (wake[i]) {
-      activation.state = changedState(activation.state, STATE_ACTIVE);
-      activation.deactivationTime = 0.0f;
-    }
-    if (isActiveState(activation.state)) atomic_or(&AT(islandFlags, roots[i]), ISLAND_SOLVED);
-    activations[i] = activation;
+    if (activation.state == STATE_SLEEPING) kinds[i] |= KIND_SLEEPS;
   }
 }
 
-// solved[i]: the solver writes this body's velocity back. Bodies outside islands are marked by selectManifolds.
-KERNEL islandSolved(CHECKS uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
-                    __global const uint* roots, __global const uint* islandFlags, __global uint* solved) {
-  RETURN_ON_OVERFLOW(counters);
-  FOR_EACH(i, bodyCount) {
-    solved[i] = isIslandMember(infos[i].flags) && (AT(islandFlags, roots[i]) & ISLAND_SOLVED) ? 1u : 0u;
-  }
-}
-
-static int movesOutsideIslands(uint flags, BodyStep step) {
-  return !isIslandMember(flags) && step.angularVelocity.w != 0.0f;
-}
+static int movesOutsideIslands(uint kind) { return (kind & KIND_MOVES) && !(kind & KIND_MEMBER); }
 
 // jointSolved[i] = 1 for the joints that the solver gets: those of an island that is solved, disabled ones included.
 KERNEL selectJoints(CHECKS uint jointCount, __global const StepCounters* counters, __global const Joint* joints,
-                    __global const BodyInfo* infos, __global const BodyStep* steps, __global const uint* roots,
-                    __global const uint* islandFlags, volatile __global uint* solved, __global uint* jointSolved) {
+                    __global const uint* kinds, __global const uint* roots, __global const uint* islandFlags,
+                    volatile __global uint* solved, __global uint* jointSolved) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, jointCount) {
     const Joint joint = joints[i];
@@ -170,38 +193,86 @@ KERNEL selectJoints(CHECKS uint jointCount, __global const StepCounters* counter
     jointSolved[i] = selected ? 1u : 0u;
     if (!selected || joint.rowCount == 0) continue;
     const uint a = joint.bodyA, b = joint.bodyB;
-    if (a != NO_INDEX && movesOutsideIslands(AT(infos, a).flags, AT(steps, a))) atomic_or(&AT(solved, a), 1u);
-    if (b != NO_INDEX && movesOutsideIslands(AT(infos, b).flags, AT(steps, b))) atomic_or(&AT(solved, b), 1u);
+    if (a != NO_INDEX && movesOutsideIslands(AT(kinds, a))) atomic_or(&AT(solved, a), 1u);
+    if (b != NO_INDEX && movesOutsideIslands(AT(kinds, b))) atomic_or(&AT(solved, b), 1u);
   }
 }
 
+#ifdef BTGPU_SHAPE_CPU
+#define SCRATCH
+#define GROUP_SUM(value) (value)
+#else
+#define SCRATCH __local uint scratch[GROUP_SIZE]
+#define GROUP_SUM(value) groupSum(value, scratch)
+static uint groupSum(uint value, __local uint* scratch) {
+  uint total;
+  groupExclusiveScan(value, scratch, &total);
+  return total;
+}
+#endif
+
+// solved[i]: the solver writes this body's velocity back, since its island is solved; bodies outside islands are marked
+// along with what moves them.
 // flags[i] = 1 for the manifolds that the solver gets: with points, with response, not between sleeping bodies,
-// in an island that is solved, and with a body that can move.
-KERNEL selectManifolds(CHECKS uint capacity, __global StepCounters* counters, __global const StepParams* params,
-                       __global const Manifold* manifolds, __global const BodyInfo* infos,
-                       __global const BodyActivation* activations, __global const BodyStep* steps,
-                       __global const uint* roots, __global const uint* islandFlags, volatile __global uint* solved,
-                       __global uint* flags) {
+// in an island that is solved, and with a body that can move. chunkSums[g]: how many there are in chunk g.
+KERNEL selectManifolds(CHECKS uint capacity, uint bodyCount, __global StepCounters* counters,
+                       __global const StepParams* params, __global const Manifold* manifolds,
+                       __global const uint* kinds, __global const uint* roots, __global const uint* islandFlags,
+                       volatile __global uint* solved, __global uint* flags, __global uint* chunkSums) {
+  SCRATCH;
   RETURN_ON_OVERFLOW(counters);
-  uint points = 0;
-  FOR_EACH(i, min(capacity, counters->pairCount + params->hostManifoldCount)) {
-    const uint a = AT(manifolds, i).bodyA, b = AT(manifolds, i).bodyB;
-    const uint flagsA = AT(infos, a).flags, flagsB = AT(infos, b).flags;
-    const uint member = isIslandMember(flagsA) ? a : b;
-    points += manifolds[i].pointCount;
-    const int selected = manifolds[i].pointCount > 0 && !((flagsA | flagsB) & BODY_NO_RESPONSE) &&
-                         isIslandMember(AT(infos, member).flags) &&
-                         (AT(activations, a).state != STATE_SLEEPING || AT(activations, b).state != STATE_SLEEPING) &&
-                         (AT(islandFlags, AT(roots, member)) & ISLAND_SOLVED) &&
-                         (AT(steps, a).angularVelocity.w != 0.0f || AT(steps, b).angularVelocity.w != 0.0f);
-    AT(flags, i) = selected ? 1u : 0u;
-    if (selected && movesOutsideIslands(flagsA, AT(steps, a))) atomic_or(&AT(solved, a), 1u);
-    if (selected && movesOutsideIslands(flagsB, AT(steps, b))) atomic_or(&AT(solved, b), 1u);
+  FOR_EACH(i, bodyCount) {
+    if ((kinds[i] & KIND_MEMBER) && (AT(islandFlags, roots[i]) & ISLAND_SOLVED)) solved[i] = 1;
   }
+  uint points = 0, count = 0;
+  FOR_CHUNK(i, min(capacity, counters->pairCount + params->hostManifoldCount)) {
+    const uint a = AT(manifolds, i).bodyA, b = AT(manifolds, i).bodyB;
+    const uint kindA = AT(kinds, a), kindB = AT(kinds, b);
+    const uint member = (kindA & KIND_MEMBER) ? a : b;
+    points += manifolds[i].pointCount;
+    const int selected = manifolds[i].pointCount > 0 && !((kindA | kindB) & KIND_NO_RESPONSE) &&
+                         ((kindA | kindB) & KIND_MEMBER) && !(kindA & kindB & KIND_SLEEPS) &&
+                         (AT(islandFlags, AT(roots, member)) & ISLAND_SOLVED) && ((kindA | kindB) & KIND_MOVES);
+    AT(flags, i) = selected ? 1u : 0u;
+    if (!selected) continue;
+    ++count;
+    if (movesOutsideIslands(kindA)) atomic_or(&AT(solved, a), 1u);
+    if (movesOutsideIslands(kindB)) atomic_or(&AT(solved, b), 1u);
+  }
+  points = GROUP_SUM(points);
+  count = GROUP_SUM(count);
+  if (get_local_id(0) != 0) return;
   if (points) atomic_add(&counters->contactPoints, points);
+  chunkSums[get_group_id(0)] = count;
 }
 
-// Single work item: notes how many manifolds were selected.
-SINGLE_KERNEL countConstraints(__global const uint* total, __global StepCounters* counters) {
-  if (!counters->overflow) counters->constraintCount = *total;
+// The indices of the flagged manifolds, ascending, and how many there are.
+KERNEL listConstraints(CHECKS uint capacity, __global StepCounters* counters, __global const StepParams* params,
+                       __global const uint* flags, __global const uint* chunkSums, __global uint* constraints,
+                       __global uint* constraintCount) {
+  SCRATCH;
+  RETURN_ON_OVERFLOW(counters);
+  const uint count = min(capacity, counters->pairCount + params->hostManifoldCount), group = get_group_id(0);
+#ifdef BTGPU_SHAPE_CPU
+  uint next = 0;
+  for (uint g = 0; g < group; ++g) next += chunkSums[g];
+  FOR_CHUNK(i, count) {
+    if (!flags[i]) continue;
+    AT(constraints, next) = i;
+    ++next;
+  }
+#else
+  uint next = groupSumBelow(chunkSums, group, scratch);
+  const uint end = CHUNK_BEGIN(count, group + 1, get_num_groups(0));
+  for (uint tile = CHUNK_BEGIN(count, group, get_num_groups(0)); tile < end; tile += GROUP_SIZE) {
+    const uint i = tile + get_local_id(0), flag = i < end ? flags[i] : 0;
+    uint total;
+    const uint before = groupExclusiveScan(flag, scratch, &total);
+    if (flag) AT(constraints, next + before) = i;
+    next += total;
+  }
+#endif
+  if (group + 1 < get_num_groups(0) || get_local_id(0) != 0) return;
+  *constraintCount = next;
+  counters->constraintCount = next;
 }

@@ -6,167 +6,391 @@
 // Plassmann), which takes some rounds and gives the same colours. A constraint that finds all COLOUR_LIMIT colours
 // taken goes to the serial batch. The colours are a pure function of the constraints.
 #include "../lib/colour.h"
-#include "../lib/kernel.h"
+#include "../lib/group_scan.h"
 #include "../shared/body.h"
 #include "../shared/rows.h"
+
+#define COLOUR_ROWS (COLOUR_LIMIT + 1)  // parallel colours and the serial batch
 
 // A body that the solver can't move puts no constraints apart.
 static uint movedBody(CHECKS __global const BodyStep* steps, uint body) {
   return AT(steps, body).angularVelocity.w != 0.0f ? body : NO_INDEX;
 }
 
-KERNEL colourInit(CHECKS uint bodyCount, uint constraintCapacity, __global StepCounters* counters,
-                  __global const uint* constraints, __global const Manifold* manifolds, __global const BodyStep* steps,
-                  __global uint* bodyColours, __global uint* firstClaims, __global uint* secondClaims,
-                  __global SlotHeader* headers, __global uint* colours, __global uint* order) {
-  RETURN_ON_OVERFLOW(counters);
-  FOR_EACH(i, bodyCount) {
-    bodyColours[2 * i] = bodyColours[2 * i + 1] = 0;
-    firstClaims[i] = secondClaims[i] = NO_INDEX;
-  }
-  FOR_EACH(c, itemCount(constraintCapacity, &counters->constraintCount)) {
-    const uint manifold = AT(constraints, c);
-    SlotHeader header;
-    header.bodyA = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyA);
-    header.bodyB = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyB);
-    header.manifold = manifold;
-    header.pointCount = AT(manifolds, manifold).pointCount;
-    ASSERT(header.pointCount <= MANIFOLD_POINTS, header.pointCount, manifold);
-    AT(headers, c) = header;
-    AT(colours, c) = COLOUR_NONE;
-    AT(order, c) = c;
-  }
+static SlotHeader headerOf(CHECKS uint manifold, __global const Manifold* manifolds, __global const BodyStep* steps) {
+  SlotHeader header;
+  header.bodyA = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyA);
+  header.bodyB = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyB);
+  header.manifold = manifold;
+  header.pointCount = AT(manifolds, manifold).pointCount;
+  ASSERT(header.pointCount <= MANIFOLD_POINTS, header.pointCount, manifold);
+  return header;
 }
 
-static uint takenLow(CHECKS __global const uint* bodyColours, uint body) {
-  return body == NO_INDEX ? 0 : AT(bodyColours, 2 * body);
+static SlotHeader emptySlot(void) {
+  SlotHeader header;
+  header.bodyA = header.bodyB = header.manifold = NO_INDEX;
+  header.pointCount = 0;
+  return header;
 }
-static uint takenHigh(CHECKS __global const uint* bodyColours, uint body) {
-  return body == NO_INDEX ? 0 : AT(bodyColours, 2 * body + 1);
+
+static ulong takenBy(CHECKS __global const ulong* bodyColours, uint body) {
+  return body == NO_INDEX ? 0 : AT(bodyColours, body);
 }
-static void take(CHECKS __global uint* bodyColours, uint body, uint colour) {
+static uint chooseColour(ulong taken) { return freeColour((uint)taken, (uint)(taken >> 32)); }
+static void take(CHECKS __global ulong* bodyColours, uint body, uint colour) {
   if (body == NO_INDEX || colour >= COLOUR_LIMIT) return;
-  // No body twice in a colour.
-  ASSERT(!(AT(bodyColours, 2 * body + colour / 32) & 1u << (colour % 32)), body, colour);
-  AT(bodyColours, 2 * body + colour / 32) |= 1u << (colour % 32);
-}
-static uint chooseColour(CHECKS __global const uint* bodyColours, SlotHeader h) {
-  return freeColour(takenLow(WITH_CHECKS bodyColours, h.bodyA) | takenLow(WITH_CHECKS bodyColours, h.bodyB),
-                    takenHigh(WITH_CHECKS bodyColours, h.bodyA) | takenHigh(WITH_CHECKS bodyColours, h.bodyB));
+  ASSERT(!(AT(bodyColours, body) >> colour & 1UL), body, colour);  // no body twice in a colour
+  AT(bodyColours, body) |= 1UL << colour;
 }
 
 static int hasFixedBody(SlotHeader h) { return h.bodyA == NO_INDEX || h.bodyB == NO_INDEX; }
+static uint padded(uint size) { return (size + BTGPU_LANES - 1) / BTGPU_LANES * BTGPU_LANES; }
 
 #ifdef BTGPU_SHAPE_CPU
 
-SINGLE_KERNEL colourGreedy(CHECKS uint constraintCapacity, __global StepCounters* counters,
-                           __global const SlotHeader* headers, __global uint* bodyColours, __global uint* colours) {
+KERNEL colourInit(CHECKS uint bodyCount, uint constraintCapacity, __global const StepCounters* counters,
+                  __global const uint* constraints, __global const Manifold* manifolds, __global const BodyStep* steps,
+                  __global ulong* bodyColours, __global SlotHeader* headers) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(i, bodyCount) bodyColours[i] = 0;
+  FOR_EACH(c, itemCount(constraintCapacity, &counters->constraintCount)) {
+    AT(headers, c) = headerOf(WITH_CHECKS AT(constraints, c), manifolds, steps);
+  }
+}
+
+static uint colourNext(CHECKS SlotHeader h, __global ulong* bodyColours) {
+  const uint colour =
+      chooseColour(takenBy(WITH_CHECKS bodyColours, h.bodyA) | takenBy(WITH_CHECKS bodyColours, h.bodyB));
+  take(WITH_CHECKS bodyColours, h.bodyA, colour);
+  take(WITH_CHECKS bodyColours, h.bodyB, colour);
+  return colour;
+}
+
+// Single work item: colours all constraints, then writes their headers in slot order; lanes without a constraint get an
+// empty one. fixed[]: room for the indices of constraints that have to wait.
+SINGLE_KERNEL colourGreedy(CHECKS uint constraintCapacity, uint slotCapacity, __global StepCounters* counters,
+                           __global const SlotHeader* headers, __global ulong* bodyColours, __global uint* fixed_,
+                           __global uint* colours, __global uint* slotFirst, __global SlotHeader* slots) {
   RETURN_ON_OVERFLOW(counters);
   const uint count = itemCount(constraintCapacity, &counters->constraintCount);
-  if (count == 0) return;
-  const uint bits = indexBits(count);
-  for (int fixed = 0; fixed < 2; ++fixed) {
-    for (uint p = 0; p <= lowMask(bits); ++p) {
-      const uint c = unpermute(p, bits);
-      if (c >= count || hasFixedBody(headers[c]) != fixed) continue;
-      const SlotHeader h = headers[c];
-      const uint colour = chooseColour(WITH_CHECKS bodyColours, h);
-      take(WITH_CHECKS bodyColours, h.bodyA, colour);
-      take(WITH_CHECKS bodyColours, h.bodyB, colour);
-      colours[c] = colour;
+  uint sizes[COLOUR_ROWS];
+  for (uint c = 0; c < COLOUR_ROWS; ++c) sizes[c] = 0;
+  uint waiting = 0;
+  const uint bits = indexBits(max(count, 1u));
+  for (uint p = 0; count && p <= lowMask(bits); ++p) {
+    const uint c = unpermute(p, bits);
+    if (c >= count) continue;
+    const SlotHeader h = headers[c];
+    if (hasFixedBody(h)) {
+      AT(fixed_, waiting) = c;
+      ++waiting;
+      continue;
     }
+    const uint colour = colourNext(WITH_CHECKS h, bodyColours);
+    colours[c] = colour;
+    sizes[colour] += 1;
+  }
+  for (uint k = 0; k < waiting; ++k) {
+    const uint c = fixed_[k], colour = colourNext(WITH_CHECKS headers[c], bodyColours);
+    colours[c] = colour;
+    sizes[colour] += 1;
+  }
+
+  uint next[COLOUR_ROWS];
+  uint slotCount = 0, used = 0, large = 0;
+  for (uint c = 0; c < COLOUR_ROWS; ++c) {
+    next[c] = AT(slotFirst, c) = slotCount;
+    slotCount += padded(sizes[c]);
+    if (sizes[c] && c < COLOUR_SERIAL) used = c + 1;
+    if (sizes[c] > SMALL_COLOUR && c < COLOUR_SERIAL) large = c + 1;
+  }
+  AT(slotFirst, COLOUR_ROWS) = slotCount;
+  counters->colourCount = used;
+  counters->largeColours = large;
+  counters->serialCount = sizes[COLOUR_SERIAL];
+  counters->slotCount = slotCount;
+  if (slotCount > slotCapacity) {
+    counters->overflow |= OVERFLOW_SLOTS;
+    return;
+  }
+  for (uint c = 0; c < count; ++c) {
+    AT(slots, next[colours[c]]) = headers[c];
+    next[colours[c]] += 1;
+  }
+  for (uint c = 0; c < COLOUR_ROWS; ++c) {
+    for (uint s = next[c]; s < slotFirst[c + 1]; ++s) AT(slots, s) = emptySlot();
   }
 }
 
 #else
 
-// First half of a round: every uncoloured constraint claims its bodies; the lowest rank wins a body. One that
-// already finds every colour taken needs no turn, since colours are never given back.
-KERNEL colourClaim(CHECKS uint constraintCapacity, __global const StepCounters* counters,
-                   __global const SlotHeader* headers, __global const uint* bodyColours, __global uint* colours,
-                   volatile __global uint* claims) {
+// A body's claim: the lowest rank of its uncoloured constraints (from 1 on), NO_INDEX if there is none, or:
+#define CLAIM_FULL 0u  // all colours are taken
+
+KERNEL colourInit(CHECKS uint bodyCount, uint constraintCapacity, uint rounds, __global const StepCounters* counters,
+                  __global const uint* constraints, __global const Manifold* manifolds, __global const BodyStep* steps,
+                  __global ulong* bodyColours, __global uint* claims, __global uint* nextClaims,
+                  __global uint* laterClaims, __global uint* left, __global SlotHeader* headers,
+                  __global uint* colours) {
   RETURN_ON_OVERFLOW(counters);
-  const uint count = itemCount(constraintCapacity, &counters->constraintCount);
-  const uint bits = indexBits(count);
-  FOR_EACH(c, count) {
-    if (colours[c] != COLOUR_NONE) continue;
-    const SlotHeader h = headers[c];
-    if (chooseColour(WITH_CHECKS bodyColours, h) == COLOUR_SERIAL) {
-      colours[c] = COLOUR_SERIAL;
-      continue;
-    }
-    const uint rank = colourRank(c, bits, hasFixedBody(h));
-    if (h.bodyA != NO_INDEX) atomic_min(&AT(claims, h.bodyA), rank);
-    if (h.bodyB != NO_INDEX) atomic_min(&AT(claims, h.bodyB), rank);
+  FOR_EACH(i, bodyCount) {
+    bodyColours[i] = 0;
+    claims[i] = nextClaims[i] = laterClaims[i] = NO_INDEX;
+  }
+  FOR_EACH(r, rounds) left[r] = 0;
+  FOR_EACH(c, itemCount(constraintCapacity, &counters->constraintCount)) {
+    AT(headers, c) = headerOf(WITH_CHECKS AT(constraints, c), manifolds, steps);
+    AT(colours, c) = COLOUR_NONE;
   }
 }
 
-// Second half: who won all its bodies chooses. The other array of claims is made ready for the next round.
-KERNEL colourChoose(CHECKS uint round, uint constraintCapacity, __global StepCounters* counters,
-                    __global const SlotHeader* headers, __global const uint* claims, volatile __global uint* nextClaims,
-                    __global uint* bodyColours, __global uint* colours) {
+static void claim(CHECKS volatile __global uint* nextClaims, volatile __global uint* laterClaims, uint body,
+                  uint rank) {
+  if (body == NO_INDEX) return;
+  atomic_xchg(&AT(laterClaims, body), NO_INDEX);
+  atomic_min(&AT(nextClaims, body), rank);
+}
+
+static void takeOrFill(CHECKS __global ulong* bodyColours, volatile __global uint* nextClaims, uint body,
+                       uint colour) {
+  take(WITH_CHECKS bodyColours, body, colour);
+  if (body != NO_INDEX && AT(bodyColours, body) == 0xffffffffffffffffUL) atomic_min(&AT(nextClaims, body), CLAIM_FULL);
+}
+
+// What an uncoloured constraint does in a round: if it has the lowest rank at all its bodies, it chooses. If one of them
+// is full, no turn is needed, since colours are never given back. Otherwise it claims its bodies for the next round, and
+// makes the claims of the round after that ready. Returns whether it is left uncoloured.
+static uint chooseOrClaim(CHECKS uint c, uint bodyA, uint bodyB, uint rank, volatile __global const uint* claims,
+                          volatile __global uint* nextClaims, volatile __global uint* laterClaims,
+                          __global ulong* bodyColours, __global uint* colours) {
+  const uint firstA = bodyA == NO_INDEX ? rank : AT(claims, bodyA);
+  const uint firstB = bodyB == NO_INDEX ? rank : AT(claims, bodyB);
+  if (firstA == CLAIM_FULL || firstB == CLAIM_FULL) {
+    AT(colours, c) = COLOUR_SERIAL;
+    return 0;
+  }
+  if (firstA != rank || firstB != rank) {
+    claim(WITH_CHECKS nextClaims, laterClaims, bodyA, rank);
+    claim(WITH_CHECKS nextClaims, laterClaims, bodyB, rank);
+    return 1;
+  }
+  const uint colour =
+      chooseColour(takenBy(WITH_CHECKS bodyColours, bodyA) | takenBy(WITH_CHECKS bodyColours, bodyB));
+  takeOrFill(WITH_CHECKS bodyColours, nextClaims, bodyA, colour);
+  takeOrFill(WITH_CHECKS bodyColours, nextClaims, bodyB, colour);
+  AT(colours, c) = colour;
+  return 0;
+}
+
+static uint rankOf(uint c, uint bits, SlotHeader h) { return 1 + colourRank(c, bits, hasFixedBody(h)); }
+
+// One round; the first one has no claims to look at yet. left[round]: constraints uncoloured after it.
+KERNEL colourRound(CHECKS uint round, uint constraintCapacity, __global const StepCounters* counters,
+                   __global const SlotHeader* headers, __global const uint* claims, __global uint* nextClaims,
+                   __global uint* laterClaims, __global ulong* bodyColours, __global uint* colours,
+                   __global uint* left) {
+  __local uint groupLeft;
   RETURN_ON_OVERFLOW(counters);
   const uint count = itemCount(constraintCapacity, &counters->constraintCount);
-  const uint bits = indexBits(count);
-  uint coloured = 0;
+  const uint bits = indexBits(max(count, 1u));
+  if (get_local_id(0) == 0) groupLeft = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint mine = 0;
   FOR_EACH(c, count) {
     if (colours[c] != COLOUR_NONE) continue;
     const SlotHeader h = headers[c];
-    const uint rank = colourRank(c, bits, hasFixedBody(h));
-    if (h.bodyA != NO_INDEX) atomic_xchg(&AT(nextClaims, h.bodyA), NO_INDEX);
-    if (h.bodyB != NO_INDEX) atomic_xchg(&AT(nextClaims, h.bodyB), NO_INDEX);
-    if (h.bodyA != NO_INDEX && AT(claims, h.bodyA) != rank) continue;
-    if (h.bodyB != NO_INDEX && AT(claims, h.bodyB) != rank) continue;
-    const uint colour = chooseColour(WITH_CHECKS bodyColours, h);
-    take(WITH_CHECKS bodyColours, h.bodyA, colour);
-    take(WITH_CHECKS bodyColours, h.bodyB, colour);
-    colours[c] = colour;
-    ++coloured;
+    mine += chooseOrClaim(WITH_CHECKS c, h.bodyA, h.bodyB, rankOf(c, bits, h), claims, nextClaims, laterClaims,
+                          bodyColours, colours);
   }
-  if (coloured) atomic_max(&counters->colourRounds, round + 1);
+  if (mine) atomic_add(&groupLeft, mine);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0 && groupLeft) atomic_add(&left[round], groupLeft);
+}
+
+#define REST_EACH 4  // constraints a lane that need no look at all the others any more
+#define REST (REST_LANES * REST_EACH)
+
+// Sum over the lanes of the group; ends with a barrier for global memory too.
+static uint sumOfRest(uint mine, __local uint* sum) {
+  if (get_local_id(0) == 0) *sum = 0;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  if (mine) atomic_add(sum, mine);
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  const uint all = *sum;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  return all;
+}
+
+// One group does all further rounds, however many there are, since few constraints are left for a launch each.
+// counters->colourRounds: the rounds that were worth a launch.
+__kernel __attribute__((reqd_work_group_size(REST_LANES, 1, 1))) void colourRest(
+    CHECKS uint rounds, uint constraintCapacity, __global StepCounters* counters, __global const SlotHeader* headers,
+    __global const uint* left, __global uint* claims, __global uint* nextClaims, __global uint* laterClaims,
+    __global ulong* bodyColours, __global uint* colours) {
+  __local uint list[REST];
+  __local uint sum;
+  RETURN_ON_OVERFLOW(counters);
+  const uint lane = get_local_id(0);
+  const uint count = itemCount(constraintCapacity, &counters->constraintCount);
+  const uint bits = indexBits(max(count, 1u));
+  uint worth = 0, open = count;
+  while (worth < rounds && open > REST) {
+    open = left[worth];
+    ++worth;
+  }
+  volatile __global uint *now = claims, *next = nextClaims, *later = laterClaims;
+  while (open > REST) {
+    uint mine = 0;
+    for (uint c = lane; c < count; c += REST_LANES) {
+      if (colours[c] != COLOUR_NONE) continue;
+      const SlotHeader h = headers[c];
+      mine += chooseOrClaim(WITH_CHECKS c, h.bodyA, h.bodyB, rankOf(c, bits, h), now, next, later, bodyColours, colours);
+    }
+    open = sumOfRest(mine, &sum);
+    ++worth;
+    volatile __global uint* const old = now;
+    now = next;
+    next = later;
+    later = old;
+  }
+  if (lane == 0) counters->colourRounds = worth;
+
+  if (lane == 0) sum = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint c = lane; c < count; c += REST_LANES) {
+    if (colours[c] == COLOUR_NONE) list[atomic_inc(&sum)] = c;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  open = sum;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint own[REST_EACH], bodyA[REST_EACH], bodyB[REST_EACH], rank[REST_EACH];  // rank 0: coloured, or none
+  for (uint k = 0; k < REST_EACH; ++k) {
+    rank[k] = own[k] = bodyA[k] = bodyB[k] = 0;
+    if (lane + k * REST_LANES >= open) continue;
+    own[k] = list[lane + k * REST_LANES];
+    const SlotHeader h = headers[own[k]];
+    bodyA[k] = h.bodyA;
+    bodyB[k] = h.bodyB;
+    rank[k] = rankOf(own[k], bits, h);
+  }
+  while (open > 0) {
+    uint mine = 0;
+    for (uint k = 0; k < REST_EACH; ++k) {
+      if (rank[k] == 0) continue;
+      if (chooseOrClaim(WITH_CHECKS own[k], bodyA[k], bodyB[k], rank[k], now, next, later, bodyColours, colours)) {
+        ++mine;
+      } else {
+        rank[k] = 0;
+      }
+    }
+    open = sumOfRest(mine, &sum);
+    volatile __global uint* const old = now;
+    now = next;
+    next = later;
+    later = old;
+  }
+}
+
+// ---- slots: a stable counting sort by colour ---------------------------------------------------------------------
+
+// tables[colour][group] = how many constraints of the group's chunk have that colour.
+KERNEL countColours(uint constraintCapacity, __global const StepCounters* counters, __global const uint* colours,
+                    __global uint* tables) {
+  __local uint sizes[COLOUR_ROWS];
+  RETURN_ON_OVERFLOW(counters);
+  const uint count = itemCount(constraintCapacity, &counters->constraintCount);
+  const uint groups = get_num_groups(0), group = get_group_id(0), lane = get_local_id(0);
+  for (uint d = lane; d < COLOUR_ROWS; d += GROUP_SIZE) sizes[d] = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const uint end = CHUNK_BEGIN(count, group + 1, groups);
+  for (uint c = CHUNK_BEGIN(count, group, groups) + lane; c < end; c += GROUP_SIZE) atomic_inc(&sizes[colours[c]]);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint d = lane; d < COLOUR_ROWS; d += GROUP_SIZE) tables[d * groups + group] = sizes[d];
+}
+
+#define LANE_ITEMS 16
+
+// Headers in slot order; lanes without a constraint get an empty one. Where the colours begin everybody finds by
+// himself; the first group writes it down. tables[colour][group] = constraints of that colour in chunks before the
+// group's, totals[colour] = in all.
+KERNEL fillSlots(CHECKS uint constraintCapacity, uint slotCapacity, __global StepCounters* counters,
+                 __global const SlotHeader* headers, __global const uint* colours, __global const uint* tables,
+                 __global const uint* totals, __global uint* slotFirst, __global SlotHeader* slots) {
+  __local ushort ranks[COLOUR_ROWS * GROUP_SIZE];  // [row][lane]: first a count, then the rank of the lane's next one
+  __local uint scratch[GROUP_SIZE];
+  __local uint first[COLOUR_ROWS + 1];  // slots of the colours
+  __local uint next[COLOUR_ROWS];       // where the tile's first constraint of a row goes
+  __local uint tileEnd[COLOUR_ROWS];    // rank behind the tile's last constraint of a row
+  __local uint used, large, stop;
+  const uint groups = get_num_groups(0), group = get_group_id(0), lane = get_local_id(0);
+  if (lane == 0) {
+    stop = counters->overflow;  // the first group may write it meanwhile
+    used = large = 0;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (stop) return;
+  const uint count = itemCount(constraintCapacity, &counters->constraintCount);
+  const uint size = lane < COLOUR_ROWS ? totals[lane] : 0;
+  uint slotCount;
+  const uint before = groupExclusiveScan(padded(size), scratch, &slotCount);
+  if (lane <= COLOUR_ROWS) first[lane] = before;
+  if (lane < COLOUR_SERIAL && size) atomic_max(&used, lane + 1);
+  if (lane < COLOUR_SERIAL && size > SMALL_COLOUR) atomic_max(&large, lane + 1);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (group == 0) {
+    if (lane <= COLOUR_ROWS) AT(slotFirst, lane) = first[lane];
+    if (lane == 0) {
+      counters->colourCount = used;
+      counters->largeColours = large;
+      counters->serialCount = totals[COLOUR_SERIAL];
+      counters->slotCount = slotCount;
+      if (slotCount > slotCapacity) counters->overflow |= OVERFLOW_SLOTS;
+    }
+  }
+  if (slotCount > slotCapacity) return;
+  for (uint d = group; d < COLOUR_ROWS; d += groups) {
+    for (uint s = first[d] + totals[d] + lane; s < first[d + 1]; s += GROUP_SIZE) AT(slots, s) = emptySlot();
+  }
+
+  // The serial batch takes the row behind the colours in use, so that rows are few.
+  const uint rows = used + 1;
+  if (lane < rows) {
+    const uint colour = lane < used ? lane : COLOUR_SERIAL;
+    next[lane] = first[colour] + tables[colour * groups + group];
+  }
+  const uint begin = CHUNK_BEGIN(count, group, groups), end = CHUNK_BEGIN(count, group + 1, groups);
+  const uint laneItems = min((uint)LANE_ITEMS, (end - begin + GROUP_SIZE - 1) / GROUP_SIZE);
+  for (uint tile = begin; tile < end; tile += laneItems * GROUP_SIZE) {
+    const uint mine = min(end, tile + lane * laneItems), last = min(end, mine + laneItems);
+    for (uint r = 0; r < rows; ++r) ranks[r * GROUP_SIZE + lane] = 0;
+    for (uint c = mine; c < last; ++c) ranks[min(colours[c], used) * GROUP_SIZE + lane] += 1;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    uint sum = 0;
+    for (uint k = 0; k < rows; ++k) sum += ranks[lane * rows + k];
+    uint total;
+    uint rank = groupExclusiveScan(sum, scratch, &total);
+    for (uint k = 0; k < rows; ++k) {
+      const uint n = ranks[lane * rows + k];
+      ranks[lane * rows + k] = (ushort)rank;
+      rank += n;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    // Ranks count from the tile's start; a row's own start is the rank of its lane 0.
+    if (lane < rows) {
+      tileEnd[lane] = lane + 1 < rows ? ranks[(lane + 1) * GROUP_SIZE] : total;
+      next[lane] -= ranks[lane * GROUP_SIZE];
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (uint c = mine; c < last; ++c) {
+      const uint row = min(colours[c], used);
+      AT(slots, next[row] + ranks[row * GROUP_SIZE + lane]) = headers[c];
+      ranks[row * GROUP_SIZE + lane] += 1;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (lane < rows) next[lane] += tileEnd[lane];
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
 }
 
 #endif
-
-// After the constraints are sorted by colour (colours[], order[]): where each colour begins among them, from
-// colourFirst[c] on, and among the slots, from slotFirst[c] on. A parallel colour fills whole blocks of lanes.
-// Single work item. Uncoloured constraints sort last.
-SINGLE_KERNEL layoutColours(CHECKS uint slotCapacity, __global const uint* colourFirst, __global uint* slotFirst,
-                            __global StepCounters* counters) {
-  uint next = 0, used = 0, large = 0;
-  for (uint c = 0; c <= COLOUR_SERIAL; ++c) {
-    ASSERT(AT(colourFirst, c) <= AT(colourFirst, c + 1), c, AT(colourFirst, c + 1));
-    const uint size = colourFirst[c + 1] - colourFirst[c];
-    slotFirst[c] = next;
-    next += (size + BTGPU_LANES - 1) / BTGPU_LANES * BTGPU_LANES;
-    if (size && c < COLOUR_SERIAL) used = c + 1;
-    if (size > SMALL_COLOUR && c < COLOUR_SERIAL) large = c + 1;
-  }
-  slotFirst[COLOUR_SERIAL + 1] = next;
-  if (counters->overflow) return;
-  counters->colourCount = used;
-  counters->largeColours = large;
-  counters->serialCount = colourFirst[COLOUR_SERIAL + 1] - colourFirst[COLOUR_SERIAL];
-  counters->uncoloured = counters->constraintCount - colourFirst[COLOUR_SERIAL + 1];
-  counters->slotCount = next;
-  if (counters->uncoloured) counters->overflow |= OVERFLOW_ROUNDS;
-  if (next > slotCapacity) counters->overflow |= OVERFLOW_SLOTS;
-}
-
-// Headers in slot order; lanes without a constraint get an empty one.
-KERNEL fillSlots(CHECKS uint slotCapacity, __global const StepCounters* counters, __global const uint* colourFirst,
-                 __global const uint* slotFirst, __global const uint* order, __global const SlotHeader* headers,
-                 __global SlotHeader* slots) {
-  RETURN_ON_OVERFLOW(counters);
-  FOR_EACH(s, itemCount(slotCapacity, &counters->slotCount)) {
-    ASSERT(s < slotFirst[COLOUR_SERIAL + 1], s, slotFirst[COLOUR_SERIAL + 1]);
-    uint colour = 0;
-    while (slotFirst[colour + 1] <= s) ++colour;
-    const uint k = colourFirst[colour] + (s - slotFirst[colour]);
-    SlotHeader header;
-    header.bodyA = header.bodyB = header.manifold = NO_INDEX;
-    header.pointCount = 0;
-    if (k < colourFirst[colour + 1]) header = AT(headers, AT(order, k));
-    AT(slots, s) = header;
-  }
-}

@@ -243,8 +243,7 @@ class ExactRoom : public Growth {
     Capacities exact = plenty;
     exact.pairs = c.pairCount;
     exact.slots = c.slotCount;
-    // Who finds no colour left is told so in a round after the last in which anyone chose.
-    exact.colourRounds = c.colourRounds + (c.serialCount > 0 ? 1 : 0);
+    exact.colourRounds = 0;  // one group does what is not launched
     expectFits(world, exact, expected, "all exact");
 
     Capacities less = exact;
@@ -253,13 +252,6 @@ class ExactRoom : public Growth {
     less = exact;
     less.slots -= BTGPU_LANES;
     expectOverflow(world, less, OVERFLOW_SLOTS, "slots");
-    less = exact;
-    if (gpuShape()) {
-      --less.colourRounds;
-      RoomyWorld short_(queue(), less);
-      EXPECT_TRUE(short_.step(world, settings()).counters.overflow & OVERFLOW_ROUNDS);
-      EXPECT_TRUE(short_.untouched());
-    }
   }
 };
 
@@ -277,7 +269,6 @@ TEST_F(ExactRoom, HeapSmall) {
   ASSERT_GT(c.pairCount, 16u);
   room.pairs = c.pairCount;
   room.slots = c.slotCount;
-  room.colourRounds = c.colourRounds;
   RoomyWorld exact(queue(), room);
   EXPECT_EQ(exact.step(world, quick).counters.overflow, 0u);
   --room.pairs;

@@ -122,7 +122,8 @@ class CaptureTest : public DeviceTest {
   // Kernels of the other shape; a CPU's contacts are read in place.
   bool notCaptured(const std::string& kernel) {
     const std::set<std::string> onlyCpu = {"colourGreedy", "solveInTeam"};
-    const std::set<std::string> onlyGpu = {"colourClaim", "colourChoose", "solveColour", "solveRest", "gatherContacts"};
+    const std::set<std::string> onlyGpu = {"colourRound", "colourRest", "countColours",  "fillSlots",
+                                           "solveColour", "solveRest",  "gatherContacts"};
     const auto& foreign = device().shape() == KernelShape::Cpu ? onlyGpu : onlyCpu;
     return foreign.count(kernel) > 0;
   }

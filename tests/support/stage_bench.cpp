@@ -10,12 +10,10 @@ namespace btgpu {
 namespace {
 
 constexpr size_t kPairsPerBody = 8, kMinPairs = 64;
-constexpr uint kRounds = 64;
 
 Capacities withDefaults(Capacities c, size_t bodies) {
   c.bodies = std::max(c.bodies, bodies);
   if (c.pairs == 0) c.pairs = std::max(kMinPairs, kPairsPerBody * bodies);
-  if (c.colourRounds == 0) c.colourRounds = kRounds;
   // Each colour and the serial batch may need a block of its own on top of the constraints.
   if (c.slots == 0) c.slots = c.pairs + (COLOUR_LIMIT + 1) * BTGPU_LANES;
   return c;
