@@ -59,6 +59,7 @@ int main(int count, char** arguments) {
   const int substeps = count > 2 ? std::atoi(arguments[2]) : 4, calls = count > 3 ? std::atoi(arguments[3]) : 40;
   std::printf("stack %d,%d,%d, %d substeps a stepSimulation\n", size.x, size.y, size.z, substeps);
   btGpuSettings settings;
+  settings.m_smallWorld = 0;
   measure(size, substeps, calls, "all", settings);
   settings.m_contacts = false;
   measure(size, substeps, calls, "contacts off", settings);

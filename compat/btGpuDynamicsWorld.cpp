@@ -166,6 +166,13 @@ void keepStatistics(WorldState& state) {
   }
 }
 
+// Manifolds of the last step, on whichever path; negative: there was none.
+int lastManifolds(const WorldState& state, btDispatcher& dispatcher) {
+  if (state.lastPath == Path::None) return -1;
+  return state.lastPath == Path::Device ? static_cast<int>(state.statistics.m_contactManifolds)
+                                        : dispatcher.getNumManifolds();
+}
+
 // Stands in for the pre-tick callback while the base class steps, since it has been called already.
 void preTickCalled(btDynamicsWorld*, btScalar) {}
 
@@ -304,6 +311,7 @@ void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSetting
   const bool sameEngine =
       engineSettings(state->settings) == engineSettings(settings) && hadProfile == state->zones.profile();
   state->settings = settings;
+  state->small.use(settings);
   state->crosscheck.reset();
   state->crosscheckAsked = false;
   if (sameEngine && state->engine) return;
@@ -371,6 +379,10 @@ void btGpuDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
 // has to do it; Bullet's objects are then as before.
 bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   const auto state = btgpu::findState(this);
+  if (state->small.isSmall(m_nonStaticRigidBodies.size(), lastManifolds(*state, *getDispatcher()))) {
+    ++state->statistics.m_smallSteps;
+    return false;
+  }
   btgpu::FallbackList missing;
   if (state->settings.m_stockOnly) missing.add("device", "turned off by setting");
   if (const char* stage = overriddenStage()) missing.add("world", std::string("its class overrides ") + stage);

@@ -92,6 +92,10 @@ struct btGpuSettings {
   bool m_contacts = true;
   /// Runs everything on Bullet's own CPU path.
   bool m_stockOnly = false;
+  /// A world whose step is less work than this many contact manifolds (eight moving bodies count as one more) steps on
+  /// Bullet's own CPU path, which is faster there. 0: never. Negative: as BTGPU_SMALL_WORLD says, else a measured limit;
+  /// but 0 if m_device is set, or anything that looks at the device's steps, such as the cross-check or a profile.
+  int m_smallWorld = -1;
   /// Times each stage of the step by device events; slows the step.
   bool m_profile = false;
   /// Times host zones and device stages and writes them to this file: a table if it ends in .csv, else a trace for
@@ -134,6 +138,7 @@ struct btGpuFallback {
 /// Counts since the world was made, and figures of the last step on the device.
 struct btGpuStatistics {
   unsigned long long m_deviceSteps = 0, m_stockSteps = 0;
+  unsigned long long m_smallSteps = 0;  ///< of m_stockSteps, those of a world too small to gain from a device
   /// Of m_deviceSteps, those that the device had begun before stepSimulation came to them: it runs one substep ahead
   /// while nothing needs the state in between (docs/pipeline.md, "Substeps").
   unsigned long long m_prefetchedSteps = 0;

@@ -32,6 +32,7 @@ std::shared_ptr<WorldState> findState(const btGpuDynamicsWorld* world) {
 std::shared_ptr<WorldState> replaceState(const btGpuDynamicsWorld* world, const btGpuSettings& settings) {
   auto state = std::make_shared<WorldState>();
   state->settings = settings;
+  state->small.use(settings);
   state->zones.useFile(settings.m_profileFile);
   Table& t = table();
   const std::lock_guard<std::mutex> lock(t.mutex);

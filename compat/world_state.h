@@ -18,6 +18,7 @@
 #include "../translation/world_loops.h"
 #include "btGpuDynamicsWorld.h"
 #include "crosscheck.h"
+#include "small_world.h"
 #include "world_zones.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -74,6 +75,7 @@ struct WorldState {
   JointReader joints;
   std::unique_ptr<Engine> engine;
   std::string engineError;  // why there is no engine
+  SmallWorld small;
   EngineRetry engineRetry;  // when it is tried again, if not after configure() only
   StepResults results;      // of the last device step
   Path lastPath = Path::None;

@@ -8,7 +8,7 @@
 set -euo pipefail
 build=${BTGPU_BUILD:-$(cd "$(dirname "$0")/../.." && pwd)/build/ci}
 runs=${1:-10} failed=0
-export BTGPU_ENGINE=${BTGPU_ENGINE:-$build/lib/libbtgpu_engine.so}
+export BTGPU_ENGINE=${BTGPU_ENGINE:-$build/lib/libbtgpu_engine.so} BTGPU_SMALL_WORLD=0
 scene_line='^([a-z]+) .*\(size ([0-9]+),([0-9]+),([0-9]+); ([0-9]+) steps\)$'
 while IFS= read -r line; do
   [[ $line =~ $scene_line ]] || { echo "not understood: $line" >&2; exit 1; }

@@ -94,6 +94,7 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
   settings.m_device = options.device;
   settings.m_hostStages = options.hostStages;
   settings.m_profile = options.profile;
+  settings.m_smallWorld = 0;
   settings.m_keepContacts = true;
   TestWorld<btGpuDynamicsWorld> gpu(build, settings);
   const btScalar dt = static_cast<btScalar>(options.timeStep);

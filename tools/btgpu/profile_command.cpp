@@ -34,6 +34,7 @@ ProfiledRun profileScene(const std::string& name, const Builder& build, const Pr
                          double timeStep) {
   btGpuSettings settings;
   settings.m_device = arguments.device;
+  settings.m_smallWorld = 0;
   const auto profile = std::make_shared<Profile>();
   TestWorld<btGpuDynamicsWorld> world(build, settings);
   findState(&world.world())->zones.use(profile, !arguments.hostOnly);
