@@ -23,7 +23,7 @@ void FindPairs::layoutTree(Queue& queue, size_t bodyCount) {
     levels.first[levels.levelCount] = static_cast<uint>(first);
     levels.size[levels.levelCount] = static_cast<uint>(size);
     ++levels.levelCount;
-    first += size;
+    first += (size + BVH_ARITY - 1) / BVH_ARITY * BVH_ARITY;  // siblings lie together
     if (size <= 1) break;
     size = (size + BVH_ARITY - 1) / BVH_ARITY;
   }

@@ -12,6 +12,7 @@
 #include "../shared/bvh.h"
 #include "../shared/contact.h"
 
+#define BVH_ARITY_BITS 3u
 #define BVH_LOW 3u             // the highest level that many groups share in
 #define BVH_LOW_BODIES 512u    // under a node of it: BVH_ARITY^BVH_LOW
 
@@ -81,10 +82,37 @@ KERNEL mortonKeys(uint bodyCount, __global const BodyInfo* infos, __global const
   }
 }
 
+// On a CPU the BVH_ARITY children of a node lie together coordinate by coordinate (lower x of all, lower y, ... upper z),
+// in the memory of as many AABBs, so that a work item looks at all of them at once. Levels begin at multiples of it.
 #ifdef BTGPU_SHAPE_CPU
+
 #define LEVEL_BARRIER
+
+static void storeNode(__global Aabb* nodes, uint place, Aabb box) {
+  __global float* siblings = (__global float*)(nodes + place / BVH_ARITY * BVH_ARITY) + place % BVH_ARITY;
+  siblings[0 * BVH_ARITY] = box.lower.x;
+  siblings[1 * BVH_ARITY] = box.lower.y;
+  siblings[2 * BVH_ARITY] = box.lower.z;
+  siblings[3 * BVH_ARITY] = box.upper.x;
+  siblings[4 * BVH_ARITY] = box.upper.y;
+  siblings[5 * BVH_ARITY] = box.upper.z;
+}
+
+static Aabb loadNode(__global const Aabb* nodes, uint place) {
+  __global const float* siblings =
+      (__global const float*)(nodes + place / BVH_ARITY * BVH_ARITY) + place % BVH_ARITY;
+  Aabb box;
+  box.lower = vec3(siblings[0 * BVH_ARITY], siblings[1 * BVH_ARITY], siblings[2 * BVH_ARITY]);
+  box.upper = vec3(siblings[3 * BVH_ARITY], siblings[4 * BVH_ARITY], siblings[5 * BVH_ARITY]);
+  return box;
+}
+
 #else
+
 #define LEVEL_BARRIER barrier(CLK_GLOBAL_MEM_FENCE)
+static void storeNode(__global Aabb* nodes, uint place, Aabb box) { nodes[place] = box; }
+static Aabb loadNode(__global const Aabb* nodes, uint place) { return nodes[place]; }
+
 #endif
 
 // Nodes [begin, end) of a level, by the lanes of one group: node j bounds the children [j, j + 1) * BVH_ARITY.
@@ -94,8 +122,8 @@ static void bvhLevel(uint level, uint begin, uint end, __constant BvhLevels* lev
   for (uint j = begin + get_local_id(0); j < min(end, levels->size[level]); j += GROUP_SIZE) {
     Aabb box = emptyAabb();
     const uint last = min(childCount, (j + 1) * BVH_ARITY);
-    for (uint c = j * BVH_ARITY; c < last; ++c) box = mergeAabb(box, nodes[childFirst + c]);
-    nodes[first + j] = box;
+    for (uint c = j * BVH_ARITY; c < last; ++c) box = mergeAabb(box, loadNode(nodes, childFirst + c));
+    storeNode(nodes, first + j, box);
   }
 }
 
@@ -107,7 +135,7 @@ KERNEL bvhLow(CHECKS uint bodyCount, __constant BvhLevels* levels, __global cons
   for (uint block = get_group_id(0); block < blocks; block += get_num_groups(0)) {
     uint span = BVH_LOW_BODIES;
     for (uint i = block * span + get_local_id(0); i < min(bodyCount, (block + 1) * span); i += GROUP_SIZE) {
-      AT(nodes, i) = AT(aabbs, order[i]);
+      storeNode(nodes, i, AT(aabbs, order[i]));
       AT(counts, i) = 0;
     }
     LEVEL_BARRIER;
@@ -138,8 +166,70 @@ static void emitPair(CHECKS uint a, uint b, __global const uint* offsets, volati
   AT(keys, AT(offsets, lower) + left - 1) = pairKeyOf(a, b);
 }
 
+// Counts a pair that was found, the found'th of its body, or emits it if there are keys[].
+static void meet(CHECKS uint self, uint other, uint found, __global uint* kept, volatile __global uint* counts,
+                 __global const uint* offsets, __global ulong* keys) {
+  if (keys) {
+    emitPair(WITH_CHECKS self, other, offsets, counts, keys);
+  } else {
+    atomic_inc(&AT(counts, min(self, other)));
+    if (found < PAIRS_KEPT) kept[found] = other;
+  }
+}
+
 // Visits the sorted bodies behind `position` whose AABB overlaps its own. Returns how many pass the filters. Without
 // keys[], counts each pair at its lower body, and writes the first PAIRS_KEPT partners to kept[]; with it, emits.
+#ifdef BTGPU_SHAPE_CPU
+
+// Bit c: child c of the siblings from `place` on overlaps the box.
+static uint overlapSiblings(__global const Aabb* nodes, uint place, Aabb box) {
+  __global const float* siblings = (__global const float*)(nodes + place);
+  const int8 overlap = (vload8(0, siblings) <= box.upper.x) & (vload8(3, siblings) >= box.lower.x) &
+                       (vload8(1, siblings) <= box.upper.y) & (vload8(4, siblings) >= box.lower.y) &
+                       (vload8(2, siblings) <= box.upper.z) & (vload8(5, siblings) >= box.lower.z);
+  const int8 bits = overlap & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+  const int4 four = bits.lo | bits.hi;
+  const int2 two = four.lo | four.hi;
+  return (uint)(two.x | two.y);
+}
+
+static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __global const Aabb* nodes,
+                       __global const uint* order, __global const BodyInfo* infos, __global uint* kept,
+                       volatile __global uint* counts, __global const uint* offsets, __global ulong* keys) {
+  const uint self = AT(order, position);
+  const BodyInfo info = AT(infos, self);
+  const uint top = levels->levelCount - 1;
+  if (!isCollidable(info) || top == 0) return 0;
+  const Aabb box = loadNode(nodes, position);
+  uint open[BVH_MAX_LEVELS], begin[BVH_MAX_LEVELS];  // of each level, the siblings that are still to be visited
+  uint level = top, child = 0, found = 0;
+  while (true) {
+    // Down to the children of `child`: those that overlap, exist, and have a body behind this one.
+    --level;
+    begin[level] = child * BVH_ARITY;
+    const uint behind = (position + 1) >> (level * BVH_ARITY_BITS);
+    uint mask = overlapSiblings(nodes, levels->first[level] + begin[level], box);
+    mask &= (1u << min(BVH_ARITY, levels->size[level] - begin[level])) - 1u;
+    if (behind > begin[level]) mask &= ~((1u << min(BVH_ARITY, behind - begin[level])) - 1u);
+    if (level == 0) {
+      for (; mask; mask &= mask - 1) {
+        const uint other = AT(order, begin[0] + popcount((mask & (0 - mask)) - 1u));
+        if (!filtersMatch(info, AT(infos, other))) continue;
+        meet(WITH_CHECKS self, other, found, kept, counts, offsets, keys);
+        ++found;
+      }
+    }
+    open[level] = mask;
+    while (open[level] == 0) {
+      if (++level == top) return found;
+    }
+    child = begin[level] + popcount((open[level] & (0 - open[level])) - 1u);
+    open[level] &= open[level] - 1u;
+  }
+}
+
+#else
+
 static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __global const Aabb* nodes,
                        __global const uint* order, __global const BodyInfo* infos, __global uint* kept,
                        volatile __global uint* counts, __global const uint* offsets, __global ulong* keys) {
@@ -161,12 +251,7 @@ static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __glo
       }
       const uint other = AT(order, node);
       if (filtersMatch(info, AT(infos, other))) {
-        if (keys) {
-          emitPair(WITH_CHECKS self, other, offsets, counts, keys);
-        } else {
-          atomic_inc(&AT(counts, min(self, other)));
-          if (found < PAIRS_KEPT) kept[found] = other;
-        }
+        meet(WITH_CHECKS self, other, found, kept, counts, offsets, keys);
         ++found;
       }
     }
@@ -180,6 +265,8 @@ static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __glo
     if (level == top && node >= levels->size[top]) return found;
   }
 }
+
+#endif
 
 // found[i]: pairs found from position i; counts[b]: pairs whose lower body is b.
 KERNEL countPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
