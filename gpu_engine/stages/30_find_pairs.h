@@ -16,18 +16,23 @@ class FindPairs {
   void enqueue(Queue& queue, DeviceWorld& world);
 
  private:
+  void sortBodies(Queue& queue, const DeviceWorld& world);
   void layoutTree(Queue& queue, size_t bodyCount);
+  void buildTree(Queue& queue, const DeviceWorld& world);
 
-  Kernel m_sceneBoundsPartial, m_sceneBoundsFinal, m_mortonKeys, m_bvhLeaves, m_bvhLevel;
-  Kernel m_countPairs, m_checkPairs, m_emitPairs;
+  Kernel m_sceneBoundsPartial, m_sceneBoundsFinal, m_mortonKeys, m_bvhLow, m_bvhHigh;
+  Kernel m_countPairs, m_emitPairs, m_sortPairs;
   RadixSort<ulong> m_sort;
   Scan m_scan;
+  size_t m_sortedBodies = 0;  // that m_order is an order of
+  uint m_stepsSinceSort = 0;
   size_t m_treeBodies = 0;  // that the levels were laid out for
   std::vector<BvhLevels> m_levels;
   DeviceArray<BvhLevels> m_deviceLevels{"bvh levels"};
   DeviceArray<Aabb> m_partialBounds{"partial scene bounds"}, m_scene{"scene bounds"}, m_nodes{"bvh nodes"};
-  DeviceArray<ulong> m_mortonCodes{"morton keys"};
-  DeviceArray<uint> m_order{"morton order"}, m_counts{"pair counts"}, m_kept{"pairs kept"};
+  DeviceArray<ulong> m_mortonCodes{"morton keys"}, m_sorted{"sorted pair keys"};
+  DeviceArray<uint> m_order{"morton order"}, m_found{"pairs found"}, m_kept{"pairs kept"};
+  DeviceArray<uint> m_counts{"pair counts"}, m_offsets{"pair offsets"};
 };
 
 }  // namespace btgpu

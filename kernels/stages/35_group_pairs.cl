@@ -24,8 +24,8 @@ static uint bucketOfShapes(int typeA, int typeB) {
   return BUCKET_NONE;
 }
 
-// Index of `key` in the sorted keys of the last step, or NO_INDEX.
-static uint findKey(__global const ulong* keys, uint count, ulong key) {
+// Index of the first of the sorted keys that is not below `key`.
+static uint lowerBound(__global const ulong* keys, uint count, ulong key) {
   uint first = 0, last = count;
   while (first < last) {
     const uint middle = first + (last - first) / 2;
@@ -35,7 +35,20 @@ static uint findKey(__global const ulong* keys, uint count, ulong key) {
       last = middle;
     }
   }
-  return first < count && keys[first] == key ? first : NO_INDEX;
+  return first;
+}
+
+// Index of `key` in the sorted keys, or NO_INDEX. `place` (NO_INDEX at first) is carried from key to key: on a CPU, where
+// they ascend, the search goes on from there.
+static uint findKey(__global const ulong* keys, uint count, ulong key, REF(uint) place) {
+#ifdef BTGPU_SHAPE_CPU
+  uint at = *place != NO_INDEX ? *place : lowerBound(keys, count, key);
+  while (at < count && keys[at] < key) ++at;
+#else
+  const uint at = lowerBound(keys, count, key);
+#endif
+  *place = at;
+  return at < count && keys[at] == key ? at : NO_INDEX;
 }
 
 // Turns each sorted key into a pair: manifold order, algorithm, and where its manifold of the last step is.
@@ -50,6 +63,7 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
                      __global uint* items) {
   RETURN_ON_OVERFLOW(counters);
   const uint pairCount = itemCount(pairCapacity, &counters->pairCount);
+  uint oldPlace = NO_INDEX, ignoredPlace = NO_INDEX;
   FOR_EACH(i, pairCount) {
     const uint low = (uint)(keys[i] >> 32), high = (uint)keys[i];
     ASSERT(low < high, low, high);
@@ -63,7 +77,7 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
     pair.bucket = bucketOfShapes(lowType, highType);
     pair.oldManifold = NO_INDEX;
     if (!AT(bodyBorn, low) && !AT(bodyBorn, high)) {
-      pair.oldManifold = findKey(oldKeys, itemCount(oldCapacity, oldCount), keys[i]);
+      pair.oldManifold = findKey(oldKeys, itemCount(oldCapacity, oldCount), keys[i], &oldPlace);
     }
     if (!isActiveState(AT(activations, low).state) && !isActiveState(AT(activations, high).state))
       pair.bucket = BUCKET_CARRY;
@@ -71,7 +85,7 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
       pair.bucket = BUCKET_HOST;
       pair.oldManifold = NO_INDEX;
     }
-    if (ignoredCount && findKey(ignored, ignoredCount, keys[i]) != NO_INDEX) {
+    if (ignoredCount && findKey(ignored, ignoredCount, keys[i], &ignoredPlace) != NO_INDEX) {
       pair.bucket = pair.oldManifold != NO_INDEX ? BUCKET_CARRY : BUCKET_NONE;
     }
     AT(pairs, i) = pair;
