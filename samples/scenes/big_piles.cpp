@@ -144,12 +144,14 @@ void buildPour(Objects& o, Size n) {
 
 std::vector<Scene> bigPileScenes() {
   return {
+      // Of 86 pairs of hulls with other depths, in 19,000, btgpu's was the exact one in 85 (Frank and Wolfe's method in
+      // double precision): Bullet's GJK ends beside the closest features, and smooth hulls have many.
       {"convex_pile",
        "X by Y by Z convex hulls of 32 vertices dropped on the ground",
        {4, 4, 4},
        300,
        kStep,
-       {10, 0, Rest::Yes, 0.05},
+       {10, 0, Rest::Yes, 0.05, 0.01},
        buildConvexPile,
        {{16, 20, 16}, 120, cube}},
       {"rocks",
@@ -160,12 +162,13 @@ std::vector<Scene> bigPileScenes() {
        {10, 0, Rest::Yes, 0.05},
        buildRocks,
        {{21, 24, 21}, 120, cube}},
+      // Boxes tumble (see ragdoll), and hulls are as in convex_pile.
       {"pour",
        "X by Y by Z spheres, boxes and hulls poured through a funnel",
        {4, 4, 4},
        300,
        kStep,
-       {10, 0, Rest::No, 0.05},
+       {10, 0, Rest::No, 0.05, 0.01},
        buildPour,
        {{50, 40, 50}, 240, cube}},
   };
