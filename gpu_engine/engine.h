@@ -56,6 +56,7 @@ struct EngineInfo {
   int index = 0;
   unsigned computeUnits = 0;
   unsigned long globalMemory = 0, largestAllocation = 0;  // bytes
+  unsigned long worldMemory = 0;  // bytes of the world's arrays on the device; the stages' scratch memory is not in it
   int programsBuilt = 0, programsLoaded = 0, programsRejected = 0;
   double buildSeconds = 0;
 };

@@ -390,6 +390,7 @@ EngineInfo WorldEngine::info() const {
   info.programsLoaded = statistics.loaded;
   info.programsRejected = statistics.rejected;
   info.buildSeconds = statistics.buildSeconds;
+  if (m_world) m_world->forEachArray([&info](const auto& array) { info.worldMemory += array.capacityBytes(); });
   return info;
 }
 

@@ -83,16 +83,29 @@ struct Expectations {
   std::vector<std::string> cpuShares = {};
 };
 
+// How `btgpu bench` runs a scene, unless told otherwise.
+struct Benchmark {
+  Size size;
+  int steps;  // the second half is measured
+  // The size with about so many bodies; null where the scene has no room to grow.
+  std::function<Size(int bodies)> sizeFor;
+};
+
 struct Scene {
   std::string name, description;
-  Size size;  // default
+  Size size;  // default; `btgpu compare` takes seconds
   int steps;  // default
   double timeStep;
   Expectations expectations;
   std::function<void(Objects&, Size)> build;
+  Benchmark benchmark;
 };
 
+// What the tests go through, scene by scene.
 const std::vector<Scene>& all();
+// The scenes that others measure their engines with, and larger ones. Tests go through them once, at small sizes.
+const std::vector<Scene>& big();
+// In either list.
 // Null if there is none of that name.
 const Scene* find(const std::string& name);
 

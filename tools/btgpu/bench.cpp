@@ -9,13 +9,15 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "bullet_file.h"
+
 namespace btgpu::tool {
 namespace {
 
 struct Candidate {
   std::string name;
   std::unique_ptr<BenchWorld> world;
-  std::vector<double> ms, deviceMs, translateMs;  // of the steps that are measured
+  std::vector<double> ms, deviceMs, translateMs, restMs;  // of the steps that are measured
 };
 
 double quantile(std::vector<double> values, double share) {
@@ -56,6 +58,7 @@ void stepMeasured(Candidate& c, bool measured) {
   const StepSplit split = c.world->split();
   if (split.deviceMs) c.deviceMs.push_back(*split.deviceMs);
   if (split.translateMs) c.translateMs.push_back(*split.translateMs);
+  if (split.deviceMs && split.translateMs) c.restMs.push_back(std::max(0.0, ms - *split.deviceMs - *split.translateMs));
 }
 
 void checkWorld(const std::string& name, const BenchWorld& world) {
@@ -79,9 +82,18 @@ std::vector<BenchStage> profileStages(const Builder& build, const BenchOptions& 
   return stages;
 }
 
-int countBodies(const Builder& build) {
-  TestWorld<btDiscreteDynamicsWorld> world(build);
-  return world.world().getNumCollisionObjects();
+std::vector<Candidate> makeCandidates(const Builder& build, const BenchOptions& options,
+                                      std::vector<std::string>& leftOut) {
+  std::vector<Candidate> candidates;
+  for (const auto& name : options.worlds) {
+    try {
+      candidates.push_back({name, makeWorld(name, build, options), {}, {}, {}, {}});
+    } catch (const InputError& e) {
+      if (!options.leaveOut) throw;
+      leftOut.push_back(e.what());
+    }
+  }
+  return candidates;
 }
 
 }  // namespace
@@ -91,15 +103,22 @@ const std::vector<std::string>& benchWorldNames() {
   return names;
 }
 
+int countBodies(const Builder& build) {
+  TestWorld<btDiscreteDynamicsWorld> world(build);
+  return world.world().getNumCollisionObjects();
+}
+
 int benchSteps(const BenchOptions& options) {
   const auto& w = options.worlds;
-  return options.steps * (std::find(w.begin(), w.end(), "gpu") != w.end() ? 2 : 1);
+  return options.steps * (options.stages && std::find(w.begin(), w.end(), "gpu") != w.end() ? 2 : 1);
 }
 
 BenchResult bench(const std::string& scene, const Builder& sceneBuild, const BenchOptions& options) {
   const Builder build = options.sleeping ? sceneBuild : withoutSleeping(sceneBuild);
-  std::vector<Candidate> candidates;
-  for (const auto& name : options.worlds) candidates.push_back({name, makeWorld(name, build, options), {}, {}, {}});
+  BenchResult result;
+  result.scene = scene;
+  result.options = options;
+  std::vector<Candidate> candidates = makeCandidates(build, options, result.leftOut);
   for (int step = 0; step < options.steps; ++step) {
     for (Candidate& c : candidates) stepMeasured(c, step >= firstMeasured(options));
     if (step == 0) {
@@ -107,19 +126,24 @@ BenchResult bench(const std::string& scene, const Builder& sceneBuild, const Ben
     }
     if (options.progress) options.progress(step + 1);
   }
-
-  BenchResult result{scene, options, {}};
-  const int bodies = countBodies(build);
   for (Candidate& c : candidates) {
     checkWorld(c.name, *c.world);
-    BenchRow row{c.name, c.world->device(), scene, bodies, quantile(c.ms, 0.5), quantile(c.ms, 0.95), {}, {}, {}};
+    BenchRow row;
+    row.world = c.name;
+    row.device = c.world->device();
+    row.driver = c.world->driver();
+    row.scene = scene;
+    row.bodies = c.world->bodies();
+    row.msMedian = quantile(c.ms, 0.5);
+    row.msP95 = quantile(c.ms, 0.95);
     row.split = {median(c.deviceMs), median(c.translateMs)};
+    row.restMs = median(c.restMs);
     row.counts = c.world->counts();
     result.rows.push_back(row);
   }
   candidates.clear();
   for (BenchRow& row : result.rows) {
-    if (row.world == "gpu") row.stages = profileStages(build, options, options.steps);
+    if (options.stages && row.world == "gpu") row.stages = profileStages(build, options, options.steps);
   }
   return result;
 }

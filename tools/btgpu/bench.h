@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct BenchOptions {
   int steps = 120;  // the second half is measured, the first lets programs be built, arrays grow, things fall
   std::string device;
   bool contacts = true, hostQueries = true, sleeping = false;
+  bool stages = true;                 // times the device's stages, in a run of their own
+  bool leaveOut = false;              // a world that can't hold the scene is left out
   std::function<void(int)> progress;  // called with the number of steps done, of benchSteps()
 };
 
@@ -25,29 +28,36 @@ struct BenchStage {
 };
 
 struct BenchRow {
-  std::string world, device, scene;
+  std::string world, device, driver, scene;
   int bodies = 0;
   double msMedian = 0, msP95 = 0;  // of a step, on the host's clock
   StepSplit split;                 // medians
+  std::optional<double> restMs;    // median of what is in neither part of the split
   StepCounts counts;               // of the last step
   std::vector<BenchStage> stages;  // by device events, in a run of their own
 };
 
 struct BenchResult {
-  std::string scene;
+  std::string scene, size;  // size: "8,8,8", of a built-in scene
   BenchOptions options;
   std::vector<BenchRow> rows;
+  std::vector<std::string> leftOut;  // why worlds are not in the rows
+  std::string error;                 // why there are no rows
 };
 
 const std::vector<std::string>& benchWorldNames();
 int benchSteps(const BenchOptions& options);
 
 // Steps all worlds in turn: what disturbs the machine disturbs all of them. Throws InputError for a scene that a world
-// can't hold, std::runtime_error if one of them did not run where it should.
+// can't hold, unless that is to be left out; std::runtime_error if a world did not run where it should.
 BenchResult bench(const std::string& scene, const Builder& build, const BenchOptions& options);
 
+int countBodies(const Builder& build);
+
 std::string toText(const BenchResult& result);
-std::string toJson(const BenchResult& result);
-std::string toCsv(const BenchResult& result);
+// One line a run and world.
+std::string toTable(const std::vector<BenchResult>& results);
+std::string toJson(const std::vector<BenchResult>& results);
+std::string toCsv(const std::vector<BenchResult>& results);
 
 }  // namespace btgpu::tool

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 
 #include "arguments.h"
 #include "bench.h"
@@ -15,28 +16,60 @@
 namespace btgpu::tool {
 namespace {
 
+// Above so many bodies a world is left out.
+struct WorldWish {
+  std::string name;
+  long mostBodies = std::numeric_limits<long>::max();
+};
+
 struct BenchArguments {
-  std::string scene = "stack", size, csv, json;
-  std::string contacts = "on", hostQueries = "on", sleeping = "off";
+  std::vector<std::string> scenes = {"stack"}, worlds = {"gpu", "cpu"};
+  std::vector<int> bodies;
+  std::string size, csv, json;
+  std::string contacts = "on", hostQueries = "on", sleeping = "off", stages = "on";
+  int steps = 0;  // 0: as the scene has it
   BenchOptions options;
 };
 
-void checkWorlds(const std::vector<std::string>& worlds) {
+// A scene at a size.
+struct Run {
+  std::string scene, size;
+  Builder build;
+  double timeStep = 1.0 / 60.0;
+  int steps = 120;
+};
+
+WorldWish parseWorld(const std::string& text) {
+  const size_t colon = text.find(':');
+  WorldWish wish;
+  wish.name = text.substr(0, colon);
   const auto& known = benchWorldNames();
-  for (size_t i = 0; i < worlds.size(); ++i) {
-    if (std::find(known.begin(), known.end(), worlds[i]) == known.end()) {
-      throw InputError(fmt::format("--worlds: no world named {}; there are gpu, cpu and bullet3", worlds[i]));
-    }
-    if (std::find(worlds.begin(), worlds.begin() + static_cast<long>(i), worlds[i]) !=
-        worlds.begin() + static_cast<long>(i)) {
-      throw InputError(fmt::format("--worlds: {} twice; name each world once", worlds[i]));
-    }
+  if (std::find(known.begin(), known.end(), wish.name) == known.end()) {
+    throw InputError(fmt::format("--worlds: no world named {}; there are gpu, cpu and bullet3", wish.name));
   }
+  char rest = 0;
+  if (colon != std::string::npos &&
+      (std::sscanf(text.c_str() + colon + 1, "%ld%c", &wish.mostBodies, &rest) != 1 || wish.mostBodies < 1)) {
+    throw InputError(fmt::format("--worlds {}: give the most bodies behind the colon, as in cpu:100000", text));
+  }
+  return wish;
+}
+
+std::vector<WorldWish> parseWorlds(const std::vector<std::string>& worlds) {
+  std::vector<WorldWish> wishes;
+  for (const auto& text : worlds) {
+    const WorldWish wish = parseWorld(text);
+    for (const WorldWish& other : wishes) {
+      if (other.name == wish.name) throw InputError(fmt::format("--worlds: {} twice; name each world once", wish.name));
+    }
+    wishes.push_back(wish);
+  }
+  return wishes;
 }
 
 // Throws if a world that needs a device has none, before anything is run.
-void checkDevices(const BenchOptions& options) {
-  if (options.worlds == std::vector<std::string>{"cpu"}) return;
+void checkDevices(const BenchOptions& options, const std::vector<WorldWish>& worlds) {
+  if (std::all_of(worlds.begin(), worlds.end(), [](const WorldWish& w) { return w.name == "cpu"; })) return;
   std::vector<EngineInfo> devices;
   std::string error;
   if (!listDevices(devices, error)) throw std::runtime_error(error);
@@ -47,35 +80,83 @@ void checkDevices(const BenchOptions& options) {
   checkDevice(options.device);
 }
 
-int runBench(const BenchArguments& arguments, const std::string& name, const Builder& build,
-             const BenchOptions& given) {
-  BenchOptions options = given;
-  BenchResult result;
-  {
-    ProgressBar bar("bench " + name, benchSteps(options));
-    options.progress = [&bar](int done) { bar.show(done); };
-    result = bench(name, build, options);
+Run runOf(const scenes::Scene& scene, scenes::Size size) {
+  return {scene.name, fmt::format("{},{},{}", size.x, size.y, size.z), builderOf(scene, size), scene.timeStep,
+          scene.benchmark.steps};
+}
+
+void addRuns(const scenes::Scene& scene, const BenchArguments& arguments, bool named, std::vector<Run>& runs) {
+  if (!arguments.size.empty()) {
+    runs.push_back(runOf(scene, parseSize(arguments.size)));
+  } else if (arguments.bodies.empty()) {
+    runs.push_back(runOf(scene, scene.benchmark.size));
+  } else if (scene.benchmark.sizeFor) {
+    for (const int bodies : arguments.bodies) runs.push_back(runOf(scene, scene.benchmark.sizeFor(bodies)));
+  } else if (named) {
+    throw InputError(fmt::format("--bodies: {} has no room to grow; give its --size", scene.name));
   }
-  fmt::print("{}", toText(result));
-  if (!arguments.csv.empty()) writeFile(arguments.csv, toCsv(result));
-  if (!arguments.json.empty()) writeFile(arguments.json, toJson(result));
-  std::fflush(stdout);
-  return kAgreed;
 }
 
-int benchBuiltIn(const BenchArguments& arguments, BenchOptions options) {
-  const scenes::Scene& scene = sceneNamed(arguments.scene);
-  options.timeStep = scene.timeStep;
-  const scenes::Size size = arguments.size.empty() ? scene.size : parseSize(arguments.size);
-  checkDevices(options);
-  return runBench(arguments, scene.name, builderOf(scene, size), options);
+std::vector<Run> runsOf(const BenchArguments& arguments) {
+  std::vector<Run> runs;
+  for (const auto& name : arguments.scenes) {
+    if (name == "all") {
+      for (const auto* list : {&scenes::all(), &scenes::big()}) {
+        for (const scenes::Scene& scene : *list) addRuns(scene, arguments, false, runs);
+      }
+    } else if (isBulletFile(name)) {
+      if (!arguments.size.empty()) throw InputError("--size does not go with a .bullet file: it has its own");
+      if (!arguments.bodies.empty()) throw InputError("--bodies does not go with a .bullet file: it has its own");
+      runs.push_back({name, "", builderOfFile(name)});
+    } else {
+      addRuns(sceneNamed(name), arguments, true, runs);
+    }
+  }
+  return runs;
 }
 
-int benchFile(const BenchArguments& arguments, const BenchOptions& options) {
-  if (!arguments.size.empty()) throw InputError("--size does not go with a .bullet file: it has its own");
-  const Builder build = builderOfFile(arguments.scene);
-  checkDevices(options);
-  return runBench(arguments, arguments.scene, build, options);
+// The worlds that may have so many bodies; the others are noted.
+std::vector<std::string> worldsFor(const std::vector<WorldWish>& wishes, const Run& run,
+                                   std::vector<std::string>& leftOut) {
+  const bool anyLimit = std::any_of(wishes.begin(), wishes.end(), [](const WorldWish& w) {
+    return w.mostBodies != std::numeric_limits<long>::max();
+  });
+  const int bodies = anyLimit ? countBodies(run.build) : 0;
+  std::vector<std::string> names;
+  for (const WorldWish& wish : wishes) {
+    if (bodies <= wish.mostBodies) {
+      names.push_back(wish.name);
+    } else {
+      leftOut.push_back(fmt::format("{}: left out, more than {} bodies", wish.name, wish.mostBodies));
+    }
+  }
+  return names;
+}
+
+BenchResult measure(const Run& run, const std::vector<WorldWish>& wishes, BenchOptions options, int steps) {
+  std::vector<std::string> leftOut;
+  options.worlds = worldsFor(wishes, run, leftOut);
+  options.timeStep = run.timeStep;
+  options.steps = steps > 0 ? steps : run.steps;
+  ProgressBar bar("bench " + run.scene, benchSteps(options));
+  options.progress = [&bar](int done) { bar.show(done); };
+  BenchResult result;
+  try {
+    result = bench(run.scene, run.build, options);
+  } catch (const std::runtime_error& e) {  // InputError is one
+    if (!options.leaveOut) throw;
+    result.scene = run.scene;
+    result.options = options;
+    result.error = e.what();
+  }
+  result.size = run.size;
+  result.leftOut.insert(result.leftOut.begin(), leftOut.begin(), leftOut.end());
+  return result;
+}
+
+void saveFiles(const BenchArguments& arguments, const std::vector<BenchResult>& results) {
+  if (!arguments.csv.empty()) writeFile(arguments.csv, toCsv(results));
+  if (!arguments.json.empty()) writeFile(arguments.json, toJson(results));
 }
 
 int runBenchCommand(const BenchArguments& arguments) {
@@ -83,8 +164,22 @@ int runBenchCommand(const BenchArguments& arguments) {
   options.contacts = arguments.contacts == "on";
   options.hostQueries = arguments.hostQueries == "on";
   options.sleeping = arguments.sleeping == "on";
-  checkWorlds(options.worlds);
-  return isBulletFile(arguments.scene) ? benchFile(arguments, options) : benchBuiltIn(arguments, options);
+  options.stages = arguments.stages == "on";
+  const std::vector<WorldWish> wishes = parseWorlds(arguments.worlds);
+  const std::vector<Run> runs = runsOf(arguments);
+  checkDevices(options, wishes);
+  options.leaveOut = runs.size() > 1;
+  std::vector<BenchResult> results;
+  for (const Run& run : runs) {
+    results.push_back(measure(run, wishes, options, arguments.steps));
+    fmt::print("{}{}", results.size() > 1 ? "\n" : "", toText(results.back()));
+    std::fflush(stdout);
+    saveFiles(arguments, results);  // after each run: a later one may be too large for the machine
+  }
+  if (runs.size() > 1) fmt::print("\n{}", toTable(results));
+  std::fflush(stdout);
+  return std::any_of(results.begin(), results.end(), [](const BenchResult& r) { return !r.error.empty(); }) ? kFailed
+                                                                                                            : kAgreed;
 }
 
 }  // namespace
@@ -93,12 +188,21 @@ Command addBenchCommand(CLI::App& tool) {
   const auto a = std::make_shared<BenchArguments>();
   CLI::App* bench = tool.add_subcommand("bench", "time the steps of btgpu and of other worlds in one run");
   const CLI::IsMember onOff({"on", "off"});
-  bench->add_option("--scene", a->scene, "built-in scene or .bullet file")->capture_default_str();
-  bench->add_option("--size", a->size, "size of a built-in scene, as X,Y,Z")->check(kNotEmpty);
-  bench->add_option("--steps", a->options.steps, "steps to run; the second half is measured")
-      ->check(CLI::Range(2, 10'000'000))
+  bench->add_option("--scene", a->scenes, "built-in scenes, all of them (all), or .bullet files")
+      ->delimiter(',')
       ->capture_default_str();
-  bench->add_option("--worlds", a->options.worlds, "which of gpu, cpu (stock Bullet), bullet3 (its OpenCL pipeline)")
+  auto* size = bench->add_option("--size", a->size, "size of the built-in scenes, as X,Y,Z; left out: that of each");
+  size->check(kNotEmpty);
+  bench->add_option("--bodies", a->bodies, "instead of a size, about so many bodies; several: a run each")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 4'000'000))
+      ->excludes(size);
+  bench->add_option("--steps", a->steps, "steps to run; the second half is measured. Left out: the scene's own number")
+      ->check(CLI::Range(2, 10'000'000));
+  bench
+      ->add_option("--worlds", a->worlds,
+                   "which of gpu, cpu (stock Bullet), bullet3 (its OpenCL pipeline); cpu:100000 leaves cpu out of runs "
+                   "with more bodies than that")
       ->delimiter(',')
       ->capture_default_str();
   bench->add_option("--contacts", a->contacts, "keep the dispatcher's manifolds current")
@@ -108,9 +212,12 @@ Command addBenchCommand(CLI::App& tool) {
       ->check(onOff)
       ->capture_default_str();
   bench->add_option("--sleeping", a->sleeping, "let bodies sleep")->check(onOff)->capture_default_str();
+  bench->add_option("--stages", a->stages, "time the device's stages too, in a run of their own")
+      ->check(onOff)
+      ->capture_default_str();
   bench->add_option("--device", a->options.device, "OpenCL device: index, gpu, cpu or part of its name");
-  bench->add_option("--csv", a->csv, "write a line a world to this file")->check(kNotEmpty);
-  bench->add_option("--json", a->json, "write the result to this file")->check(kNotEmpty);
+  bench->add_option("--csv", a->csv, "write a line a run and world to this file")->check(kNotEmpty);
+  bench->add_option("--json", a->json, "write the results to this file")->check(kNotEmpty);
   return {bench, [a] { return runBenchCommand(*a); }};
 }
 

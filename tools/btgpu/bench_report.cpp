@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
 
 #include "bench.h"
+#include "btgpu_version.h"
 
 namespace btgpu::tool {
 namespace {
@@ -15,16 +19,23 @@ std::vector<std::pair<std::string, std::optional<double>>> optionalFigures(const
   const auto figure = [](const std::optional<long>& v) {
     return v ? std::optional<double>(static_cast<double>(*v)) : std::optional<double>();
   };
+  std::optional<double> bytesPerBody;
+  if (r.counts.deviceBytes) bytesPerBody = static_cast<double>(*r.counts.deviceBytes) / std::max(1, r.bodies);
   return {{"deviceMs", r.split.deviceMs},
           {"translateMs", r.split.translateMs},
+          {"restMs", r.restMs},
           {"launches", figure(r.counts.launches)},
           {"waits", figure(r.counts.waits)},
           {"manifolds", figure(r.counts.manifolds)},
           {"contacts", figure(r.counts.contacts)},
-          {"colours", figure(r.counts.colours)}};
+          {"colours", figure(r.counts.colours)},
+          {"deviceBytes", figure(r.counts.deviceBytes)},
+          {"deviceBytesPerBody", bytesPerBody}};
 }
 
-bool isTime(const std::string& figure) { return figure == "deviceMs" || figure == "translateMs"; }
+bool isCount(const std::string& figure) {
+  return figure.find("Ms") == std::string::npos && figure != "deviceBytesPerBody";
+}
 
 const BenchRow* rowOf(const BenchResult& result, const std::string& world) {
   const auto it =
@@ -35,11 +46,17 @@ const BenchRow* rowOf(const BenchResult& result, const std::string& world) {
 const char* onOff(bool on) { return on ? "on" : "off"; }
 
 std::string gpuSplit(const BenchRow& r) {
-  std::string text = fmt::format(
-      "gpu, ms a step: {:.3f} translation, {:.3f} from the launch to the results, {:.3f} rest\n", *r.split.translateMs,
-      *r.split.deviceMs, std::max(0.0, r.msMedian - *r.split.translateMs - *r.split.deviceMs));
+  std::string text =
+      fmt::format("gpu, ms a step: {:.3f} translation, {:.3f} from the launch to the results, {:.3f} rest\n",
+                  *r.split.translateMs, *r.split.deviceMs, *r.restMs);
   text += fmt::format("  {} launches, {} waits, {} manifolds, {} contacts, {} colours\n", *r.counts.launches,
                       *r.counts.waits, *r.counts.manifolds, *r.counts.contacts, *r.counts.colours);
+  if (r.counts.deviceBytes) {
+    text += fmt::format("  {:.1f} MB of arrays on the device, {:.0f} bytes a body\n",
+                        static_cast<double>(*r.counts.deviceBytes) / 1e6,
+                        static_cast<double>(*r.counts.deviceBytes) / std::max(1, r.bodies));
+  }
+  if (r.stages.empty()) return text;
   text += fmt::format("  {:<30} {:>12} {:>12}\n", "stage (profiled run)", "ms a step", "launches");
   BenchStage sum;
   for (const BenchStage& s : r.stages) {
@@ -58,29 +75,81 @@ std::string csvField(const std::string& text) {
   return quoted + "\"";
 }
 
-std::vector<std::string> stageNames(const BenchResult& result) {
-  const BenchRow* gpu = rowOf(result, "gpu");
-  std::vector<std::string> names;
-  if (gpu) {
-    for (const BenchStage& s : gpu->stages) names.push_back(s.stage);
+// Of all runs, in the order of their numbers.
+std::set<std::string> stageNames(const std::vector<BenchResult>& results) {
+  std::set<std::string> names;
+  for (const BenchResult& result : results) {
+    for (const BenchRow& row : result.rows) {
+      for (const BenchStage& s : row.stages) names.insert(s.stage);
+    }
   }
   return names;
+}
+
+std::optional<double> timesCpu(const BenchResult& result, const BenchRow& row) {
+  const BenchRow* cpu = rowOf(result, "cpu");
+  return cpu ? std::optional<double>(cpu->msMedian / row.msMedian) : std::nullopt;
+}
+
+std::string processorName() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const size_t colon = line.find(": ");
+    if (line.rfind("model name", 0) == 0 && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+nlohmann::json rowJson(const BenchResult& result, const BenchRow& r) {
+  nlohmann::json stages = nlohmann::json::object(), launches = nlohmann::json::object();
+  for (const BenchStage& s : r.stages) {
+    stages[s.stage] = s.ms;
+    launches[s.stage] = s.launches;
+  }
+  const auto ratio = timesCpu(result, r);
+  nlohmann::json row = {{"world", r.world}, {"device", r.device}, {"driver", r.driver},
+                        {"scene", r.scene}, {"bodies", r.bodies}, {"msMedian", r.msMedian},
+                        {"msP95", r.msP95}, {"stages", stages},   {"stageLaunches", launches}};
+  row["timesCpu"] = ratio ? nlohmann::json(*ratio) : nlohmann::json(nullptr);
+  for (const auto& [name, value] : optionalFigures(r)) {
+    if (!value) {
+      row[name] = nullptr;
+    } else if (isCount(name)) {
+      row[name] = static_cast<long>(*value);
+    } else {
+      row[name] = *value;
+    }
+  }
+  return row;
+}
+
+nlohmann::json runJson(const BenchResult& result) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const BenchRow& r : result.rows) rows.push_back(rowJson(result, r));
+  const BenchOptions& o = result.options;
+  return {{"scene", result.scene},  {"size", result.size},
+          {"steps", o.steps},       {"measured", o.steps - o.steps / 2},
+          {"timeStep", o.timeStep}, {"sleeping", o.sleeping},
+          {"contacts", o.contacts}, {"hostQueries", o.hostQueries},
+          {"rows", rows},           {"leftOut", result.leftOut},
+          {"error", result.error}};
 }
 
 }  // namespace
 
 std::string toText(const BenchResult& result) {
   const BenchOptions& o = result.options;
+  if (result.rows.empty()) return fmt::format("{} {}: not measured\n", result.scene, result.size);
   std::string text =
       fmt::format("{}: {} bodies, {} steps, figures of the last {}; sleeping {}, contacts {}, host queries {}\n",
                   result.scene, result.rows.front().bodies, o.steps, o.steps - o.steps / 2, onOff(o.sleeping),
                   onOff(o.contacts), onOff(o.hostQueries));
   text += fmt::format("  {:<8} {:>8} {:>12} {:>12} {:>10} {:>10} {:>10}  {}\n", "world", "bodies", "ms median",
                       "ms p95", "x cpu", "manifolds", "contacts", "device");
-  const BenchRow* cpu = rowOf(result, "cpu");
   const auto count = [](const std::optional<long>& v) { return v ? std::to_string(*v) : std::string("-"); };
   for (const BenchRow& r : result.rows) {
-    const std::string ratio = cpu ? fmt::format("{:.2f}", cpu->msMedian / r.msMedian) : "-";
+    const auto times = timesCpu(result, r);
+    const std::string ratio = times ? fmt::format("{:.2f}", *times) : "-";
     text += fmt::format("  {:<8} {:>8} {:>12.3f} {:>12.3f} {:>10} {:>10} {:>10}  {}\n", r.world, r.bodies, r.msMedian,
                         r.msP95, ratio, count(r.counts.manifolds), count(r.counts.contacts), r.device);
   }
@@ -91,47 +160,56 @@ std::string toText(const BenchResult& result) {
   return text;
 }
 
-std::string toJson(const BenchResult& result) {
-  nlohmann::json rows = nlohmann::json::array();
-  for (const BenchRow& r : result.rows) {
-    nlohmann::json stages = nlohmann::json::object();
-    for (const BenchStage& s : r.stages) stages[s.stage] = s.ms;
-    nlohmann::json row = {{"world", r.world},       {"device", r.device}, {"scene", r.scene}, {"bodies", r.bodies},
-                          {"msMedian", r.msMedian}, {"msP95", r.msP95},   {"stages", stages}};
-    for (const auto& [name, value] : optionalFigures(r)) {
-      if (!value) {
-        row[name] = nullptr;
-      } else if (isTime(name)) {
-        row[name] = *value;
-      } else {
-        row[name] = static_cast<long>(*value);
-      }
+std::string toTable(const std::vector<BenchResult>& results) {
+  std::string text = fmt::format("{:<14} {:<11} {:>9} {:>10} {:>10}  {:<8} {:>11} {:>11} {:>7}\n", "scene", "size",
+                                 "bodies", "manifolds", "contacts", "world", "ms median", "ms p95", "x cpu");
+  const auto count = [](const std::optional<long>& v) { return v ? std::to_string(*v) : std::string("-"); };
+  for (const BenchResult& result : results) {
+    for (const BenchRow& r : result.rows) {
+      const auto times = timesCpu(result, r);
+      text += fmt::format("{:<14} {:<11} {:>9} {:>10} {:>10}  {:<8} {:>11.3f} {:>11.3f} {:>7}\n", result.scene,
+                          result.size, r.bodies, count(r.counts.manifolds), count(r.counts.contacts), r.world,
+                          r.msMedian, r.msP95, times ? fmt::format("{:.2f}", *times) : "-");
     }
-    rows.push_back(row);
+    if (!result.error.empty()) text += fmt::format("{:<14} {:<11} {}\n", result.scene, result.size, result.error);
+    for (const auto& reason : result.leftOut) {
+      text += fmt::format("{:<14} {:<11} {}\n", result.scene, result.size, reason);
+    }
   }
-  const BenchOptions& o = result.options;
-  const nlohmann::json json = {{"scene", result.scene},
-                               {"steps", o.steps},
-                               {"measured", o.steps - o.steps / 2},
-                               {"sleeping", o.sleeping},
-                               {"contacts", o.contacts},
-                               {"hostQueries", o.hostQueries},
-                               {"rows", rows}};
-  return json.dump(2) + "\n";
+  return text;
 }
 
-std::string toCsv(const BenchResult& result) {
-  const std::vector<std::string> stages = stageNames(result);
-  std::string text = "world,device,scene,bodies,msMedian,msP95";
-  for (const auto& figure : optionalFigures(result.rows.front())) text += "," + figure.first;
+std::string toJson(const std::vector<BenchResult>& results) {
+  nlohmann::json runs = nlohmann::json::array();
+  for (const BenchResult& result : results) runs.push_back(runJson(result));
+  const nlohmann::json json = {{"version", BTGPU_VERSION},
+                               {"processor", processorName()},
+                               {"threads", std::thread::hardware_concurrency()},
+                               {"runs", runs}};
+  // A file's name may be no UTF-8.
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string toCsv(const std::vector<BenchResult>& results) {
+  const std::set<std::string> stages = stageNames(results);
+  std::string text = "scene,size,world,device,bodies,steps,msMedian,msP95,timesCpu";
+  for (const auto& figure : optionalFigures(BenchRow())) text += "," + figure.first;
   for (const auto& stage : stages) text += "," + stage;
   text += "\n";
-  for (const BenchRow& r : result.rows) {
-    text += fmt::format("{},{},{},{},{:.6g},{:.6g}", r.world, csvField(r.device), csvField(r.scene), r.bodies,
-                        r.msMedian, r.msP95);
-    for (const auto& figure : optionalFigures(r)) text += figure.second ? fmt::format(",{:.9g}", *figure.second) : ",";
-    for (size_t i = 0; i < stages.size(); ++i) text += r.stages.empty() ? "," : fmt::format(",{:.6g}", r.stages[i].ms);
-    text += "\n";
+  const auto field = [](const std::optional<double>& v) { return v ? fmt::format(",{:.9g}", *v) : std::string(","); };
+  for (const BenchResult& result : results) {
+    for (const BenchRow& r : result.rows) {
+      text += fmt::format("{},{},{},{},{},{},{:.6g},{:.6g}", csvField(r.scene), csvField(result.size), r.world,
+                          csvField(r.device), r.bodies, result.options.steps, r.msMedian, r.msP95);
+      text += field(timesCpu(result, r));
+      for (const auto& figure : optionalFigures(r)) text += field(figure.second);
+      for (const auto& stage : stages) {
+        const auto it =
+            std::find_if(r.stages.begin(), r.stages.end(), [&](const BenchStage& s) { return s.stage == stage; });
+        text += field(it == r.stages.end() ? std::nullopt : std::optional<double>(it->ms));
+      }
+      text += "\n";
+    }
   }
   return text;
 }

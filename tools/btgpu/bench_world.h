@@ -16,7 +16,7 @@ struct StepSplit {
 
 // Figures of the last step; what a world does not count is left out.
 struct StepCounts {
-  std::optional<long> launches, waits, manifolds, contacts, colours;
+  std::optional<long> launches, waits, manifolds, contacts, colours, deviceBytes;
 };
 
 class BenchWorld {
@@ -25,7 +25,9 @@ class BenchWorld {
   virtual void step() = 0;  // with the results on the host at its end
   virtual StepSplit split() const { return {}; }
   virtual StepCounts counts() = 0;  // may take its time
+  virtual int bodies() const = 0;
   virtual std::string device() const = 0;
+  virtual std::string driver() const { return {}; }
   // Empty, or why the figures are not those of this world.
   virtual std::string failure() const { return {}; }
 };

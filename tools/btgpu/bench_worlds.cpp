@@ -7,6 +7,7 @@
 #include "bullet3/bullet3_peer.h"
 #include "bullet3_scene.h"
 #include "compat/engine_loader.h"
+#include "compat/world_state.h"
 
 namespace btgpu::tool {
 namespace {
@@ -23,7 +24,16 @@ class GpuWorld : public BenchWorld {
   }
   StepCounts counts() override {
     const btGpuStatistics s = m_world.world().statistics();
-    return {s.m_launches, s.m_waits, s.m_contactManifolds, s.m_contactPoints, s.m_colours};
+    StepCounts counts{s.m_launches, s.m_waits, s.m_contactManifolds, s.m_contactPoints, s.m_colours, {}};
+    if (const auto engine = info()) counts.deviceBytes = static_cast<long>(engine->worldMemory);
+    return counts;
+  }
+  int bodies() const override { return m_world.world().getNumCollisionObjects(); }
+  std::string driver() const override {
+    const auto engine = info();
+    return engine ? fmt::format("{}, {}, driver {}, {} shape", engine->platform, engine->version, engine->driver,
+                                engine->kernelShape)
+                  : std::string();
   }
   std::string device() const override { return m_world.world().statistics().m_device; }
   std::string failure() const override {
@@ -37,6 +47,11 @@ class GpuWorld : public BenchWorld {
   btGpuDynamicsWorld& world() { return m_world.world(); }
 
  private:
+  std::optional<EngineInfo> info() const {
+    const auto state = findState(&m_world.world());
+    return state && state->engine ? std::optional<EngineInfo>(state->engine->info()) : std::nullopt;
+  }
+
   TestWorld<btGpuDynamicsWorld> m_world;
   btScalar m_timeStep;
 };
@@ -59,6 +74,7 @@ class CpuWorld : public BenchWorld {
     counts.contacts = contacts;
     return counts;
   }
+  int bodies() const override { return m_world.world().getNumCollisionObjects(); }
   std::string device() const override { return "one thread"; }
 
  private:

@@ -13,6 +13,8 @@ struct ScenesArguments {
   std::string write, file, size;
 };
 
+std::string toText(scenes::Size size) { return fmt::format("{},{},{}", size.x, size.y, size.z); }
+
 int runScenes(const ScenesArguments& arguments) {
   if (!arguments.write.empty()) {
     const scenes::Scene& scene = sceneNamed(arguments.write);
@@ -20,7 +22,13 @@ int runScenes(const ScenesArguments& arguments) {
     return kAgreed;
   }
   for (const auto& s : scenes::all()) {
-    fmt::print("{:<10} {} (size {},{},{}; {} steps)\n", s.name, s.description, s.size.x, s.size.y, s.size.z, s.steps);
+    fmt::print("{:<13} {} (size {}; {} steps)\n", s.name, s.description, toText(s.size), s.steps);
+  }
+  fmt::print("\nand as others measure their engines; the size is that of btgpu bench\n");
+  for (const auto& s : scenes::big()) {
+    const scenes::Benchmark& b = s.benchmark;
+    fmt::print("{:<13} {} (size {}; for compare {}, {} steps)\n", s.name, s.description, toText(b.size), toText(s.size),
+               s.steps);
   }
   return kAgreed;
 }

@@ -113,7 +113,8 @@ b3Config configFor(int bodies) {
 
 class Bullet3World : public BenchWorld {
  public:
-  Bullet3World(const Bullet3Scene& scene, const std::string& platform, const std::string& device) : m_name(device) {
+  Bullet3World(const Bullet3Scene& scene, const std::string& platform, const std::string& device)
+      : m_name(device), m_bodies(static_cast<int>(scene.bodies.size())) {
     const cl_device_id id = findDevice(platform, device);
     const Bullet3Runs running;
     b3SetCustomPrintfFunc([](const char*) {});
@@ -164,6 +165,7 @@ class Bullet3World : public BenchWorld {
     return counts;
   }
 
+  int bodies() const override { return m_bodies; }
   std::string device() const override { return m_name; }
 
  private:
@@ -196,6 +198,7 @@ class Bullet3World : public BenchWorld {
   }
 
   std::string m_name;
+  int m_bodies;
   cl_context m_context = nullptr;
   cl_command_queue m_queue = nullptr;
   std::vector<std::unique_ptr<b3ConvexUtility>> m_hulls;

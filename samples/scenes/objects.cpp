@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "parts.h"
+#include "scene.h"
+
+namespace scenes {
+
+Objects::~Objects() {
+  for (const auto& vehicle : m_vehicles) m_world.removeVehicle(vehicle.get());
+  for (const auto& joint : m_joints) m_world.removeConstraint(joint.get());
+  for (btRigidBody* body : m_bodies) {
+    m_world.removeRigidBody(body);
+    delete body;
+  }
+}
+
+btBoxShape* Objects::box(const btVector3& halfExtents) {
+  auto shape = std::make_unique<btBoxShape>(halfExtents);
+  btBoxShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btSphereShape* Objects::sphere(btScalar radius) {
+  auto shape = std::make_unique<btSphereShape>(radius);
+  btSphereShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btStaticPlaneShape* Objects::plane(const btVector3& normal, btScalar constant) {
+  auto shape = std::make_unique<btStaticPlaneShape>(normal, constant);
+  btStaticPlaneShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btCapsuleShape* Objects::capsule(btScalar radius, btScalar height) {
+  auto shape = std::make_unique<btCapsuleShape>(radius, height);
+  btCapsuleShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btConvexHullShape* Objects::hull(const std::vector<btVector3>& points) {
+  auto shape = std::make_unique<btConvexHullShape>();
+  for (const btVector3& p : points) shape->addPoint(p, false);
+  shape->recalcLocalAabb();
+  btConvexHullShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
+btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btTransform& at) {
+  btVector3 inertia(0, 0, 0);
+  if (mass != btScalar(0)) shape->calculateLocalInertia(mass, inertia);
+  btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
+  info.m_startWorldTransform = at;
+  auto* body = new btRigidBody(info);
+  m_bodies.push_back(body);
+  m_world.addRigidBody(body);
+  return body;
+}
+
+btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btVector3& at) {
+  return add(mass, shape, btTransform(btQuaternion::getIdentity(), at));
+}
+
+void Objects::remove(btTypedConstraint* joint) {
+  m_world.removeConstraint(joint);
+  for (auto& owned : m_joints) {
+    if (owned.get() == joint) std::swap(owned, m_joints.back());
+  }
+  m_joints.pop_back();
+}
+
+btRaycastVehicle* Objects::vehicle(btRigidBody* chassis, btScalar halfTrack) {
+  btRaycastVehicle::btVehicleTuning tuning;
+  m_raycasters.push_back(std::make_unique<btDefaultVehicleRaycaster>(&m_world));
+  m_vehicles.push_back(std::make_unique<btRaycastVehicle>(tuning, chassis, m_raycasters.back().get()));
+  btRaycastVehicle* vehicle = m_vehicles.back().get();
+  m_world.addVehicle(vehicle);
+  vehicle->setCoordinateSystem(0, 1, 2);
+  for (int i = 0; i < 4; ++i) {
+    const btVector3 at(i % 2 ? halfTrack : -halfTrack, s(-0.3), s(i < 2 ? 1.5 : -1.5));
+    btWheelInfo& wheel = vehicle->addWheel(at, btVector3(0, -1, 0), btVector3(-1, 0, 0), s(0.6), s(0.5), tuning, i < 2);
+    wheel.m_suspensionStiffness = 20;
+    wheel.m_wheelsDampingRelaxation = s(2.3);
+    wheel.m_wheelsDampingCompression = s(4.4);
+    wheel.m_rollInfluence = s(0.1);
+  }
+  return vehicle;
+}
+
+}  // namespace scenes

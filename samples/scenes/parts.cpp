@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace scenes {
+
+int root(double n, int exponent) {
+  const int below = std::max(1, static_cast<int>(std::pow(n, 1.0 / exponent)));
+  const bool above = std::pow(below + 1, exponent) - n < n - std::pow(below, exponent);
+  return above ? below + 1 : below;
+}
+
+std::vector<btVector3> prism(int sides, double radius, double halfHeight) {
+  constexpr double kTurn = 6.283185307179586;
+  std::vector<btVector3> points;
+  for (int k = 0; k < sides; ++k) {
+    for (const double y : {-halfHeight, halfHeight}) {
+      points.emplace_back(s(radius * std::cos(kTurn * k / sides)), s(y), s(radius * std::sin(kTurn * k / sides)));
+    }
+  }
+  return points;
+}
+
+void addGround(Objects& o) {
+  o.world().setGravity(kGravity);
+  o.add(0, o.box(btVector3(400, 400, 400)), btVector3(0, -400, 0));
+}
+
+void addFloor(Objects& o, double halfX, double halfZ) {
+  o.world().setGravity(kGravity);
+  o.add(0, o.box(btVector3(s(halfX), 1, s(halfZ))), btVector3(0, -1, 0));
+}
+
+void addFloor(Objects& o) { addFloor(o, 50, 50); }
+
+void addPlane(Objects& o) {
+  o.world().setGravity(kGravity);
+  o.add(0, o.plane(btVector3(0, 1, 0), 0), btVector3(0, 0, 0));
+}
+
+btQuaternion randomRotation(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  btQuaternion q(s(unit(random)), s(unit(random)), s(unit(random)), s(unit(random)));
+  if (q.length2() < s(0.01)) return btQuaternion::getIdentity();
+  return q.normalized();
+}
+
+std::vector<btVector3> randomHull(std::mt19937& random, int count, const btVector3& half) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<btVector3> points;
+  while (static_cast<int>(points.size()) < count) {
+    const btVector3 p(s(unit(random)), s(unit(random)), s(unit(random)));
+    if (p.length2() > s(0.01) && p.length2() < 1) points.push_back(p.normalized() * half);
+  }
+  btVector3 mean(0, 0, 0);
+  for (const btVector3& p : points) mean += p / s(count);
+  for (btVector3& p : points) p -= mean;
+  return points;
+}
+
+}  // namespace scenes

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// What the builders of scenes have in common.
+#pragma once
+
+#include <random>
+#include <vector>
+
+#include "scene.h"
+
+namespace scenes {
+
+inline btScalar s(double v) { return static_cast<btScalar>(v); }
+
+constexpr double kStep = 1.0 / 60.0;
+inline const btVector3 kGravity(0, -10, 0);
+
+void addGround(Objects& o);
+// For small bodies: the size of a ground box takes digits from its contacts' depths.
+void addFloor(Objects& o);
+void addPlane(Objects& o);
+// A floor of these half extents, for scenes that grow wide.
+void addFloor(Objects& o, double halfX, double halfZ);
+
+btQuaternion randomRotation(std::mt19937& random);
+// Points on an ellipsoid, so that all of them are corners, with the centre of mass at their mean.
+std::vector<btVector3> randomHull(std::mt19937& random, int count, const btVector3& half);
+
+// The whole number whose power `exponent` is nearest to n; at least 1.
+int root(double n, int exponent);
+// The cube that is nearest to n.
+inline Size cube(int n) { return {root(n, 3), root(n, 3), root(n, 3)}; }
+// The square that is nearest to n.
+inline Size square(int n) { return {root(n, 2), 1, root(n, 2)}; }
+
+// The families of scenes, a file each.
+std::vector<Scene> boxScenes();      // boxes.cpp
+std::vector<Scene> rainScenes();     // rain.cpp
+std::vector<Scene> machineScenes();  // machines.cpp
+std::vector<Scene> bigBoxScenes();   // big_boxes.cpp
+std::vector<Scene> bigPileScenes();  // big_piles.cpp
+
+}  // namespace scenes

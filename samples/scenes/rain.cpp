@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Bodies of many shapes that fall on a plane.
+#include "parts.h"
+
+namespace scenes {
+namespace {
+
+void addRolling(Objects& o, btCollisionShape* shape, const btTransform& at) {
+  btRigidBody* body = o.add(1, shape, at);
+  body->setFriction(s(0.6));
+  // Without it spheres roll for ever on a plane, in stock too.
+  body->setRollingFriction(s(0.1));
+  body->setSpinningFriction(s(0.1));
+}
+
+// Calls make(random, x + y + z) for each place of a grid over a plane.
+template <typename Make>
+void rain(Objects& o, Size n, const Make& make) {
+  addPlane(o);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> jitter(-0.2, 0.2);
+  for (int y = 0; y < n.y; ++y) {
+    for (int x = 0; x < n.x; ++x) {
+      for (int z = 0; z < n.z; ++z) {
+        const double atX = 2.0 * (x - n.x / 2) + jitter(random), atZ = 2.0 * (z - n.z / 2) + jitter(random);
+        const btQuaternion rotation = randomRotation(random);
+        btCollisionShape* shape = make(random, x + y + z);
+        addRolling(o, shape, btTransform(rotation, btVector3(s(atX), s(1.5 + 2.0 * y), s(atZ))));
+      }
+    }
+  }
+}
+
+void buildMixed(Objects& o, Size n) {
+  std::uniform_real_distribution<double> size(0.4, 0.8);
+  rain(o, n, [&o, &size](std::mt19937& random, int place) -> btCollisionShape* {
+    const double a = size(random), b = size(random), c = size(random);
+    switch (place % 4) {
+      case 0:
+        return o.box(btVector3(s(a), s(b), s(c)));
+      case 1:
+        return o.sphere(s(a));
+      case 2:
+        return o.capsule(s(a / 2), s(b));
+      default:
+        return o.hull(randomHull(random, 12, btVector3(s(a), s(b), s(c))));
+    }
+  });
+}
+
+void buildHulls(Objects& o, Size n) {
+  std::uniform_real_distribution<double> size(0.4, 0.8);
+  std::uniform_int_distribution<int> vertices(8, 32), sides(3, 12);
+  rain(o, n, [&](std::mt19937& random, int place) {
+    const double a = size(random), b = size(random), c = size(random);
+    if (place % 3 == 0) return o.hull(prism(sides(random), a, b));
+    return o.hull(randomHull(random, vertices(random), btVector3(s(a), s(b), s(c))));
+  });
+}
+
+void buildBounce(Objects& o, Size n) {
+  addPlane(o);
+  o.bodies().front()->setRestitution(1);
+  btSphereShape* ball = o.sphere(s(0.5));
+  btBoxShape* box = o.box(btVector3(s(0.4), s(0.4), s(0.4)));
+  for (int x = 0; x < n.x; ++x) {
+    const btScalar restitution = s(0.9 * x / btMax(1, n.x - 1));
+    for (int z = 0; z < n.z; ++z) {
+      btCollisionShape* shape = z % 2 ? static_cast<btCollisionShape*>(box) : ball;
+      o.add(1, shape, btVector3(s(2.0 * x), s(3.0 + 0.5 * z), s(2.0 * z)))->setRestitution(restitution);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Scene> rainScenes() {
+  return {
+      // Stock finds one corner of a box on a plane a step, btgpu all of them: boxes that land tumble less, and a pile
+      // rained on a plane stands 3.8 +- 1.7 % higher (the same rain on a box: 1.0 +- 1.3 %).
+      {"mixed",
+       "boxes, spheres, capsules and hulls of many sizes rained on a plane",
+       {8, 8, 8},
+       600,
+       kStep,
+       {20, 0, Rest::Yes, 0.05},
+       buildMixed,
+       {{16, 16, 16}, 240, cube}},
+      {"hulls",
+       "convex hulls of 8 to 32 vertices and prisms rained on a plane",
+       {6, 6, 6},
+       600,
+       kStep,
+       {20, 0, Rest::Yes, 0.05},
+       buildHulls,
+       {{12, 12, 12}, 240, cube}},
+      {"bounce",
+       "balls and boxes with restitution from 0 to 0.9 dropped on a plane",
+       {10, 1, 6},
+       300,
+       kStep,
+       {40, 0, Rest::No},
+       buildBounce,
+       {{64, 1, 64}, 120, square}},
+  };
+}
+
+}  // namespace scenes
