@@ -40,7 +40,8 @@ void SolveVelocities::solve(Queue& queue, DeviceWorld& world, const std::vector<
 
 void SolveVelocities::solveColours(Queue& queue, DeviceWorld& world, uint passes) {
   // A colour can't hold more constraints than there are bodies to move.
-  const Grid grid = queue.device().grid(world.bodyCount);
+  const size_t items = queue.device().grid(world.bodyCount).global;
+  const Grid grid{(items + SOLVE_GROUP - 1) / SOLVE_GROUP * SOLVE_GROUP, SOLVE_GROUP};
   for (uint colour = 0; colour < world.capacities.colourLaunches; ++colour) {
     m_solveColour.launch(queue, grid, colour, passes, world.counters, world.params, world.slotFirst, world.slots,
                          world.solverMasses, world.solverBodies, world.rows, world.tangent2, world.torsion);
