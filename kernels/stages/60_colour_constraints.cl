@@ -208,6 +208,9 @@ KERNEL colourRound(CHECKS uint round, uint constraintCapacity, __global const St
   if (get_local_id(0) == 0 && groupLeft) atomic_add(&left[round], groupLeft);
 }
 
+#ifndef REST_LANES
+#define REST_LANES 256
+#endif
 #define REST_EACH 4  // constraints a lane that need no look at all the others any more
 #define REST (REST_LANES * REST_EACH)
 
@@ -322,14 +325,14 @@ KERNEL fillSlots(CHECKS uint constraintCapacity, uint slotCapacity, __global Ste
   __local uint first[COLOUR_ROWS + 1];  // slots of the colours
   __local uint next[COLOUR_ROWS];       // where the tile's first constraint of a row goes
   __local uint tileEnd[COLOUR_ROWS];    // rank behind the tile's last constraint of a row
-  __local uint used, large, stop;
+  __local uint used, large, stop[1];
   const uint groups = get_num_groups(0), group = get_group_id(0), lane = get_local_id(0);
   if (lane == 0) {
-    stop = counters->overflow;  // the first group may write it meanwhile
+    stop[0] = counters->overflow;  // the first group may write it meanwhile
     used = large = 0;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (stop) return;
+  if (stop[0]) return;
   const uint count = itemCount(constraintCapacity, &counters->constraintCount);
   const uint size = lane < COLOUR_ROWS ? totals[lane] : 0;
   uint slotCount;
