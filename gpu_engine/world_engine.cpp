@@ -364,7 +364,8 @@ void WorldEngine::growAfterOverflow(const StepCounters& counters) {
 void WorldEngine::adaptLaunches(const StepCounters& counters) {
   Capacities& c = m_world->capacities;
   c.colourLaunches = counters.largeColours;
-  c.colourRounds = approach(c.colourRounds, counters.colourRounds);
+  // One more than were needed: a round too few is done by one group, which takes it longer than an empty launch.
+  c.colourRounds = approach(c.colourRounds, counters.colourRounds > 0 ? counters.colourRounds + 1 : 0);
 }
 
 EngineInfo describeDevice(const DeviceDescription& d) {

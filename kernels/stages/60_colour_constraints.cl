@@ -44,6 +44,10 @@ static void take(CHECKS __global ulong* bodyColours, uint body, uint colour) {
   AT(bodyColours, body) |= 1UL << colour;
 }
 
+static void fillSlot(CHECKS __global SlotHeader* slots, uint s, SlotHeader header) {
+  AT(slots, s) = header;
+}
+
 static int hasFixedBody(SlotHeader h) { return h.bodyA == NO_INDEX || h.bodyB == NO_INDEX; }
 static uint padded(uint size) { return (size + BTGPU_LANES - 1) / BTGPU_LANES * BTGPU_LANES; }
 
@@ -115,11 +119,11 @@ SINGLE_KERNEL colourGreedy(CHECKS uint constraintCapacity, uint slotCapacity, __
     return;
   }
   for (uint c = 0; c < count; ++c) {
-    AT(slots, next[colours[c]]) = headers[c];
+    fillSlot(WITH_CHECKS slots, next[colours[c]], headers[c]);
     next[colours[c]] += 1;
   }
   for (uint c = 0; c < COLOUR_ROWS; ++c) {
-    for (uint s = next[c]; s < slotFirst[c + 1]; ++s) AT(slots, s) = emptySlot();
+    for (uint s = next[c]; s < slotFirst[c + 1]; ++s) fillSlot(WITH_CHECKS slots, s, emptySlot());
   }
 }
 
@@ -208,6 +212,9 @@ KERNEL colourRound(CHECKS uint round, uint constraintCapacity, __global const St
   if (get_local_id(0) == 0 && groupLeft) atomic_add(&left[round], groupLeft);
 }
 
+#ifndef REST_LANES
+#define REST_LANES 256
+#endif
 #define REST_EACH 4  // constraints a lane that need no look at all the others any more
 #define REST (REST_LANES * REST_EACH)
 
@@ -322,14 +329,14 @@ KERNEL fillSlots(CHECKS uint constraintCapacity, uint slotCapacity, __global Ste
   __local uint first[COLOUR_ROWS + 1];  // slots of the colours
   __local uint next[COLOUR_ROWS];       // where the tile's first constraint of a row goes
   __local uint tileEnd[COLOUR_ROWS];    // rank behind the tile's last constraint of a row
-  __local uint used, large, stop;
+  __local uint used, large, stop[1];
   const uint groups = get_num_groups(0), group = get_group_id(0), lane = get_local_id(0);
   if (lane == 0) {
-    stop = counters->overflow;  // the first group may write it meanwhile
+    stop[0] = counters->overflow;  // the first group may write it meanwhile
     used = large = 0;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (stop) return;
+  if (stop[0]) return;
   const uint count = itemCount(constraintCapacity, &counters->constraintCount);
   const uint size = lane < COLOUR_ROWS ? totals[lane] : 0;
   uint slotCount;
@@ -350,7 +357,7 @@ KERNEL fillSlots(CHECKS uint constraintCapacity, uint slotCapacity, __global Ste
   }
   if (slotCount > slotCapacity) return;
   for (uint d = group; d < COLOUR_ROWS; d += groups) {
-    for (uint s = first[d] + totals[d] + lane; s < first[d + 1]; s += GROUP_SIZE) AT(slots, s) = emptySlot();
+    for (uint s = first[d] + totals[d] + lane; s < first[d + 1]; s += GROUP_SIZE) fillSlot(WITH_CHECKS slots, s, emptySlot());
   }
 
   // The serial batch takes the row behind the colours in use, so that rows are few.
@@ -384,7 +391,7 @@ KERNEL fillSlots(CHECKS uint constraintCapacity, uint slotCapacity, __global Ste
     barrier(CLK_LOCAL_MEM_FENCE);
     for (uint c = mine; c < last; ++c) {
       const uint row = min(colours[c], used);
-      AT(slots, next[row] + ranks[row * GROUP_SIZE + lane]) = headers[c];
+      fillSlot(WITH_CHECKS slots, next[row] + ranks[row * GROUP_SIZE + lane], headers[c]);
       ranks[row * GROUP_SIZE + lane] += 1;
     }
     barrier(CLK_LOCAL_MEM_FENCE);

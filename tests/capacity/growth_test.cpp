@@ -2,7 +2,6 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Every array grows as needed: a step that overflowed is done again, and comes out bit for bit as in a world
 // that had room for everything from the start. Nothing is dropped, whatever the numbers.
-#include <cstdlib>
 
 #include "gpu_engine/world_engine.h"
 #include "tests/support/device_test.h"
@@ -11,11 +10,6 @@
 
 namespace btgpu {
 namespace {
-
-bool gpuShape() {
-  const char* shape = std::getenv("BTGPU_KERNEL_SHAPE");
-  return shape && std::string(shape) == "gpu";
-}
 
 // Room for `pairs`, all of them in contact, in any number of colours.
 Capacities roomFor(size_t bodies, size_t pairs, uint rounds = 100) {

@@ -119,8 +119,9 @@ class CaptureTest : public DeviceTest {
     }
   }
 
-  // Kernels of the other shape; a CPU's contacts are read in place.
+  // Kernels of the other shape, or of worlds with more bodies; a CPU's contacts are read in place.
   bool notCaptured(const std::string& kernel) {
+    if (kernel == "bvhHigh") return true;
     const std::set<std::string> onlyCpu = {"colourGreedy", "solveInTeam"};
     const std::set<std::string> onlyGpu = {"colourRound", "colourRest", "countColours",  "fillSlots",
                                            "solveColour", "solveRest",  "gatherContacts"};
@@ -293,7 +294,7 @@ TEST_F(CaptureTest, EveryCommand) {
   EXPECT_EQ(b.toVector(queue()), (std::vector<uint>{8, 7, 7, 5}));
   std::vector<size_t> kinds;
   for (const auto& command : capture.commands) kinds.push_back(command.index());
-  EXPECT_EQ(kinds, (std::vector<size_t>{0, 1, 0, 2, 0, 0, 0, 0}));
+  EXPECT_EQ(kinds, (std::vector<size_t>{0, 1, 0, 2, 0, 0, 0}));
   ASSERT_GE(capture.arrays.size(), 2u);
   EXPECT_EQ(capture.arrays[0].name, "a");
   EXPECT_EQ(capture.arrays[0].before.size(), 16 * sizeof(uint)) << "all of the memory";
