@@ -57,7 +57,6 @@ const std::map<std::string, Model>& models() {
        }},
       {"35_group_pairs",
        [](const StepSize& s) { return pairs(s, 2 * kKey + 2 * sizes<BodyInfo>() + sizes<Pair>() + kIndex, 0); }},
-      {"42_collide_primitives", [](const StepSize& s) { return pairs(s, sizes<Pair, RawContacts>() + kPoses, 100); }},
       {"44_find_separating_axis",
        [](const StepSize& s) { return pairs(s, sizes<Pair, SeparatingAxis>() + kPoses + kIndex, 600); }},
       {"46_clip_faces",
@@ -101,6 +100,11 @@ const std::map<std::string, Model>& models() {
 }  // namespace
 
 Work workOf(const std::string& stage, const StepSize& size) {
+  using Shapes = StepSize::Shapes;
+  const bool ofBoxes = stage == "44_find_separating_axis" || stage == "46_clip_faces";
+  const bool ofConvex = stage == "44_find_closest_features" || stage == "46_clip_convex_faces";
+  if (ofBoxes && size.shapes != Shapes::Boxes) return {};
+  if (ofConvex && size.shapes != Shapes::Convex) return {};
   const auto it = models().find(stage);
   return it == models().end() ? Work{} : it->second(size);
 }

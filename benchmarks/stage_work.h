@@ -13,6 +13,8 @@ struct StepSize {
   double bodies = 0, pairs = 0;
   double manifolds = 0, points = 0;  // with contact
   double iterations = 10;
+  // What all pairs are; where there are several kinds the narrowphase's share of each is not known.
+  enum class Shapes { Boxes, Convex, Several } shapes = Shapes::Several;
 };
 
 // The least that a stage has to read, write and compute for a step of this size (gpu_engine/device_world.h says which

@@ -38,6 +38,19 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
+StepSize::Shapes shapesOf(const scenes::Objects& objects) {
+  bool boxes = false, hulls = false, others = false;
+  for (const btRigidBody* body : objects.bodies()) {
+    if (body->isStaticObject()) continue;
+    const int type = body->getCollisionShape()->getShapeType();
+    boxes |= type == BOX_SHAPE_PROXYTYPE;
+    hulls |= type == CONVEX_HULL_SHAPE_PROXYTYPE;
+    others |= type != BOX_SHAPE_PROXYTYPE && type != CONVEX_HULL_SHAPE_PROXYTYPE;
+  }
+  if (others || (boxes && hulls)) return StepSize::Shapes::Several;
+  return boxes ? StepSize::Shapes::Boxes : StepSize::Shapes::Convex;
+}
+
 SteppedScene stepScene(const scenes::Scene& scene, int bodies) {
   btGpuSettings settings;
   settings.m_profile = true;
@@ -60,8 +73,12 @@ SteppedScene stepScene(const scenes::Scene& scene, int bodies) {
   const btGpuStatistics s = run.world.statistics();
   if (s.m_stockSteps > 0) throw std::runtime_error(scene.name + ": some steps ran on the CPU");
   stepped.name = fmt::format("{}/{}", scene.name, run.world.getNumCollisionObjects());
-  stepped.size = {double(run.world.getNumCollisionObjects()), double(s.m_pairs), double(s.m_contactManifolds),
-                  double(s.m_contactPoints), double(run.world.getSolverInfo().m_numIterations)};
+  stepped.size = {double(run.world.getNumCollisionObjects()),
+                  double(s.m_pairs),
+                  double(s.m_contactManifolds),
+                  double(s.m_contactPoints),
+                  double(run.world.getSolverInfo().m_numIterations),
+                  shapesOf(run.objects)};
   return stepped;
 }
 

@@ -163,8 +163,8 @@ std::string microText(const std::string& stem, const json& file) {
     static const std::map<std::string, double> units = {{"ns", 1e-3}, {"us", 1}, {"ms", 1e3}, {"s", 1e6}};
     const double us = b.at("real_time").get<double>() * units.at(b.at("time_unit").get<std::string>());
     text += fmt::format("| {} | {:.4g} | {} | {} | {} | {} |\n", b.at("name").get<std::string>(), us,
-                        cell(b, "MB", "{:.4g}"), cell(b, "GB/s", "{:.4g}"), cell(b, "flops/B", "{:.2g}"),
-                        cell(b, "roof%", "{:.3g}"));
+                        b.value("MB", 0.0) > 0 ? cell(b, "MB", "{:.4g}") : std::string(), cell(b, "GB/s", "{:.4g}"),
+                        cell(b, "flops/B", "{:.2g}"), cell(b, "roof%", "{:.3g}"));
   }
   return text;
 }
