@@ -154,21 +154,24 @@ std::vector<Scene> bigPileScenes() {
        {10, 0, Rest::Yes, 0.05, 0.01},
        buildConvexPile,
        {{16, 20, 16}, 120, cube}},
+      // As in convex_pile: 0.3 % of the pairs.
       {"rocks",
        "X by Y by Z irregular hulls poured in a box",
        {4, 4, 4},
        300,
        kStep,
-       {10, 0, Rest::Yes, 0.05},
+       {10, 0, Rest::Yes, 0.05, 0.01},
        buildRocks,
        {{21, 24, 21}, 120, cube}},
-      // Boxes tumble (see ragdoll), and hulls are as in convex_pile.
+      // All bodies tumble on the floor: boxes lose the deepest point as in ragdoll, of 216 bodies in 200 steps 2 % of the
+      // pairs. There the lowest corner tells the exact depth; of 229 boxes with other depths btgpu had it in 115 and
+      // stock in 101, of 309 hulls btgpu in 272 and stock in 25.
       {"pour",
        "X by Y by Z spheres, boxes and hulls poured through a funnel",
-       {4, 4, 4},
-       300,
+       {6, 6, 6},
+       200,
        kStep,
-       {10, 0, Rest::No, 0.05, 0.01},
+       {10, 0, Rest::No, 0.05, 0.03},
        buildPour,
        {{50, 40, 50}, 240, cube}},
   };
