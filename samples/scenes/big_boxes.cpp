@@ -95,6 +95,9 @@ void buildCity(Objects& o, Size n) {
   }
 }
 
+// Of the pyramid with about so many boxes.
+int baseOf(int boxes) { return std::max(1, static_cast<int>(std::lround(std::sqrt(2.0 * boxes + 0.25) - 0.5))); }
+
 }  // namespace
 
 std::vector<Scene> bigBoxScenes() {
@@ -110,7 +113,7 @@ std::vector<Scene> bigBoxScenes() {
        {{100, 1, 1},
         40,
         [](int n) {
-          return Size{root(2.0 * n, 2), 1, 1};
+          return Size{baseOf(n), 1, 1};
         }}},
       {"many_pyramids",
        "X by Z pyramids of Y boxes at the base",

@@ -50,7 +50,7 @@ std::vector<btCollisionShape*> rocksOf(Objects& o, std::mt19937& random) {
 }
 
 std::vector<btCollisionShape*> assortment(Objects& o, std::mt19937& random) {
-  std::uniform_real_distribution<double> size(0.3, 0.5);
+  std::uniform_real_distribution<double> size(0.25, 0.4);
   std::vector<btCollisionShape*> shapes;
   for (int i = 0; i < kShapes; ++i) {
     const double a = size(random), b = size(random), c = size(random);
@@ -80,7 +80,7 @@ void pile(Objects& o, Size n, double pitch, double bottom, const std::vector<btC
 }
 
 void buildConvexPile(Objects& o, Size n) {
-  constexpr double kPitch = 1.1;
+  constexpr double kPitch = 1.3;
   addFloor(o, kPitch * n.x + n.y + 20, kPitch * n.z + n.y + 20);
   std::mt19937 random(3);
   const auto hulls = hullsOf(o, random);
@@ -99,7 +99,7 @@ void addWalls(Objects& o, double halfX, double halfZ, double height) {
 }
 
 void buildRocks(Objects& o, Size n) {
-  constexpr double kPitch = 1.3;
+  constexpr double kPitch = 1.5;
   const double halfX = 0.55 * kPitch * n.x + 0.5, halfZ = 0.55 * kPitch * n.z + 0.5;
   addFloor(o, halfX + 20, halfZ + 20);
   addWalls(o, halfX, halfZ, kPitch * n.y);
@@ -129,7 +129,7 @@ void addFunnel(Objects& o, const Funnel& f) {
 }
 
 void buildPour(Objects& o, Size n) {
-  constexpr double kPitch = 1.2;
+  constexpr double kPitch = 1.6;
   const double half = 0.5 * kPitch * std::max(n.x, n.z);
   const Funnel funnel{half + 2, std::max(2.5, 0.3 * half), 4 + 0.5 * half};
   addFloor(o, 4 * half + 30, 4 * half + 30);
@@ -154,21 +154,24 @@ std::vector<Scene> bigPileScenes() {
        {10, 0, Rest::Yes, 0.05, 0.01},
        buildConvexPile,
        {{16, 20, 16}, 120, cube}},
+      // As in convex_pile: 0.3 % of the pairs.
       {"rocks",
        "X by Y by Z irregular hulls poured in a box",
        {4, 4, 4},
        300,
        kStep,
-       {10, 0, Rest::Yes, 0.05},
+       {10, 0, Rest::Yes, 0.05, 0.01},
        buildRocks,
        {{21, 24, 21}, 120, cube}},
-      // Boxes tumble (see ragdoll), and hulls are as in convex_pile.
+      // All bodies tumble on the floor: boxes lose the deepest point as in ragdoll, of 216 bodies in 200 steps 2 % of the
+      // pairs. There the lowest corner tells the exact depth; of 229 boxes with other depths btgpu had it in 115 and
+      // stock in 101, of 309 hulls btgpu in 272 and stock in 25.
       {"pour",
        "X by Y by Z spheres, boxes and hulls poured through a funnel",
-       {4, 4, 4},
-       300,
+       {6, 6, 6},
+       200,
        kStep,
-       {10, 0, Rest::No, 0.05, 0.01},
+       {10, 0, Rest::No, 0.05, 0.03},
        buildPour,
        {{50, 40, 50}, 240, cube}},
   };

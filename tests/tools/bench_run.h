@@ -29,7 +29,8 @@ inline void expectOneLine(const Finished& run, int exitCode, const std::vector<s
   for (const auto& part : parts) EXPECT_TRUE(contains(run.err, part)) << part << " is not in: " << run.err;
 }
 
-inline json resultOf(const Arguments& arguments, const RunOptions& options = {}) {
+// The whole file of --json.
+inline json fileOf(const Arguments& arguments, const RunOptions& options = {}) {
   const TemporaryFolder folder;
   const std::string path = folder.file("bench.json");
   Arguments all = arguments;
@@ -38,6 +39,13 @@ inline json resultOf(const Arguments& arguments, const RunOptions& options = {})
   EXPECT_EQ(run.exitCode, 0) << run.err;
   EXPECT_EQ(run.err, "") << "no terminal: no progress bar, and nothing else to say";
   return json::parse(readFile(path));
+}
+
+// Of one scene at one size.
+inline json resultOf(const Arguments& arguments, const RunOptions& options = {}) {
+  const json runs = fileOf(arguments, options).at("runs");
+  EXPECT_EQ(runs.size(), 1u);
+  return runs.at(0);
 }
 
 }  // namespace btgpu::test

@@ -117,16 +117,99 @@ TEST(Bench, CsvHasALineAWorldAndAColumnAFigure) {
   std::vector<std::vector<std::string>> rows;
   while (std::getline(file, line)) rows.push_back(split(line));
   ASSERT_EQ(rows.size(), 3u);
-  const std::vector<std::string> first(rows[0].begin(), rows[0].begin() + 13);
-  EXPECT_EQ(first, (std::vector<std::string>{"world", "device", "scene", "bodies", "msMedian", "msP95", "deviceMs",
-                                             "translateMs", "launches", "waits", "manifolds", "contacts", "colours"}));
-  EXPECT_EQ(rows[0][13], "10_apply_forces");
+  const std::vector<std::string> first(rows[0].begin(), rows[0].begin() + 20);
+  EXPECT_EQ(first, (std::vector<std::string>{"scene",
+                                             "size",
+                                             "world",
+                                             "device",
+                                             "bodies",
+                                             "steps",
+                                             "msMedian",
+                                             "msP95",
+                                             "timesCpu",
+                                             "deviceMs",
+                                             "translateMs",
+                                             "restMs",
+                                             "launches",
+                                             "waits",
+                                             "manifolds",
+                                             "contacts",
+                                             "colours",
+                                             "deviceBytes",
+                                             "deviceBytesPerBody",
+                                             "10_apply_forces"}));
   for (size_t r = 1; r < rows.size(); ++r) ASSERT_EQ(rows[r].size(), rows[0].size()) << r;
-  EXPECT_EQ(rows[1][0], "gpu");
-  for (size_t i = 3; i < rows[1].size(); ++i) EXPECT_NO_THROW(std::stod(rows[1][i])) << rows[0][i];
-  EXPECT_EQ(rows[2][0], "cpu");
-  EXPECT_EQ(rows[2][6], "") << "stock has no device time";
-  EXPECT_EQ(rows[2][13], "");
+  EXPECT_EQ(rows[1][0], "stack");
+  EXPECT_EQ(rows[1][1], "2,2,2");
+  EXPECT_EQ(rows[1][2], "gpu");
+  for (size_t i = 4; i < rows[1].size(); ++i) EXPECT_NO_THROW(std::stod(rows[1][i])) << rows[0][i];
+  EXPECT_EQ(rows[2][2], "cpu");
+  EXPECT_EQ(std::stod(rows[2][8]), 1.0) << "cpu is the measure";
+  EXPECT_EQ(rows[2][9], "") << "stock has no device time";
+  EXPECT_EQ(rows[2][19], "");
+}
+
+// Arrays that grow with the scene are in it, and not much else: the states of bodies alone take 200 bytes and more.
+TEST(Bench, MemoryGrowsWithTheScene) {
+  const auto bytes = [](const char* size) {
+    return resultOf({"--size", size, "--steps", "4", "--worlds", "gpu", "--stages", "off"})
+        .at("rows")[0]
+        .at("deviceBytes")
+        .get<double>();
+  };
+  const double small = bytes("4,4,4"), large = bytes("12,12,12");
+  EXPECT_GT(small, 65 * 200.0);
+  EXPECT_GT(large - small, (12 * 12 * 12 - 4 * 4 * 4) * 200.0);
+  EXPECT_LT(large, 1e9);
+}
+
+TEST(Bench, OneRunForEachSceneAndSize) {
+  const json file = fileOf({"--scene", "stack,large_pyramid", "--bodies", "10,30", "--steps", "4", "--worlds",
+                            "gpu,cpu:20", "--stages", "off"});
+  EXPECT_EQ(file.at("version").get<std::string>().find('.'), 1u);
+  EXPECT_FALSE(file.at("processor").get<std::string>().empty());
+  const json& runs = file.at("runs");
+  ASSERT_EQ(runs.size(), 4u);
+  const std::vector<std::pair<std::string, int>> wanted = {
+      {"stack", 9}, {"stack", 28}, {"large_pyramid", 11}, {"large_pyramid", 29}};
+  for (size_t i = 0; i < runs.size(); ++i) {
+    SCOPED_TRACE(i);
+    EXPECT_EQ(runs[i].at("scene"), wanted[i].first);
+    const bool small = wanted[i].second <= 20;
+    ASSERT_EQ(runs[i].at("rows").size(), small ? 2u : 1u) << "cpu up to 20 bodies";
+    for (const json& row : runs[i].at("rows")) EXPECT_EQ(row.at("bodies"), wanted[i].second);
+    EXPECT_EQ(runs[i].at("leftOut").size(), small ? 0u : 1u);
+    EXPECT_TRUE(runs[i].at("rows")[0].at("stages").empty()) << "--stages off";
+    EXPECT_EQ(runs[i].at("error"), "");
+  }
+}
+
+TEST(Bench, OneLineAWorldAtTheEndOfAList) {
+  const Finished run =
+      bench({"--scene", "stack,domino", "--bodies", "8", "--steps", "4", "--worlds", "cpu", "--stages", "off"});
+  EXPECT_EQ(run.exitCode, 0) << run.err;
+  const auto lines = run.outLines();
+  ASSERT_GT(lines.size(), 3u);
+  EXPECT_EQ(lines[lines.size() - 3].rfind("scene ", 0), 0u) << run.out;
+  EXPECT_EQ(lines[lines.size() - 2].rfind("stack ", 0), 0u) << run.out;
+  EXPECT_EQ(lines[lines.size() - 1].rfind("domino ", 0), 0u) << run.out;
+}
+
+// In a list, a world that can't hold a scene does not end the run; alone it does (BuiltWithoutBullet3...).
+TEST(Bench, InAListAWorldIsLeftOut) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("bench.json");
+  const Finished run =
+      bench({"--scene", "stack,domino", "--bodies", "8", "--steps", "4", "--worlds", "cpu,bullet3", "--json", path}, {},
+            BTGPU_TOOL_WITHOUT_BULLET3);
+  EXPECT_EQ(run.exitCode, 0) << run.err;
+  const json runs = json::parse(readFile(path)).at("runs");
+  ASSERT_EQ(runs.size(), 2u);
+  for (const json& result : runs) {
+    EXPECT_EQ(result.at("rows").size(), 1u);
+    ASSERT_EQ(result.at("leftOut").size(), 1u);
+    EXPECT_TRUE(contains(result.at("leftOut")[0], "install libbullet-dev"));
+  }
 }
 
 TEST(Bench, StockAloneNeedsNoDevice) {
@@ -149,6 +232,9 @@ TEST(Bench, BadUsageIsTwo) {
   const std::string help = "btgpu --help";
   expectOneLine(bench({"--worlds", "gpu,physx"}), 2, {"physx", "gpu, cpu and bullet3"});
   expectOneLine(bench({"--worlds", "cpu,cpu"}), 2, {"cpu twice"});
+  expectOneLine(bench({"--worlds", "cpu:many"}), 2, {"cpu:many", "cpu:100000"});
+  expectOneLine(bench({"--scene", "slope", "--bodies", "100"}), 2, {"slope", "--size"});
+  expectOneLine(bench({"--size", "2,2,2", "--bodies", "100"}), 2, {"--bodies", help});
   expectOneLine(bench({"--worlds"}), 2, {"--worlds", help});
   expectOneLine(bench({"--scene", "nosuch"}), 2, {"nosuch", "btgpu scenes"});
   expectOneLine(bench({"--scene", "/nonexistent.bullet"}), 2, {"/nonexistent.bullet", "check the path"});

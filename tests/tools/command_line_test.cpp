@@ -88,11 +88,13 @@ TEST(CommandLine, ScenesListsEachSceneWithSizeAndSteps) {
   EXPECT_EQ(run.exitCode, 0);
   EXPECT_EQ(run.err, "");
   const auto lines = run.outLines();
-  ASSERT_EQ(lines.size(), scenes::all().size());
-  for (size_t i = 0; i < lines.size(); ++i) {
-    const scenes::Scene& scene = scenes::all()[i];
-    EXPECT_EQ(lines[i].rfind(scene.name + " ", 0), 0u) << lines[i];
-    EXPECT_TRUE(contains(lines[i], std::to_string(scene.steps) + " steps")) << lines[i];
+  const size_t first = scenes::all().size(), second = scenes::big().size();
+  ASSERT_EQ(lines.size(), first + 2 + second);  // an empty line and a heading in between
+  for (size_t i = 0; i < first + second; ++i) {
+    const scenes::Scene& scene = i < first ? scenes::all()[i] : scenes::big()[i - first];
+    const std::string& line = lines[i < first ? i : i + 2];
+    EXPECT_EQ(line.rfind(scene.name + " ", 0), 0u) << line;
+    EXPECT_TRUE(contains(line, std::to_string(scene.steps) + " steps")) << line;
   }
 }
 

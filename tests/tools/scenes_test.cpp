@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// The built-in scenes themselves, on stock alone: how many bodies a size gives, and that a scene is the same each time.
+// Whether btgpu steps the big ones as stock does: parity/big_*.
+#include <gtest/gtest.h>
+
+#include "tests/support/world_of.h"
+
+namespace btgpu::test {
+namespace {
+
+using World = WorldOf<btDiscreteDynamicsWorld>;
+
+long bodies(const scenes::Scene& scene, scenes::Size size, bool moving) {
+  World run;
+  scene.build(run.objects, size);
+  long count = 0;
+  for (const btRigidBody* body : run.objects.bodies()) count += !moving || !body->isStaticObject();
+  return count;
+}
+
+TEST(Scenes, BigOnesHaveTheBodiesOfTheirDescription) {
+  const auto moving = [](const char* name, scenes::Size size) { return bodies(*scenes::find(name), size, true); };
+  EXPECT_EQ(moving("large_pyramid", {100, 1, 1}), 5050);
+  EXPECT_EQ(moving("many_pyramids", {14, 10, 14}), 10780);
+  EXPECT_EQ(moving("convex_pile", {16, 20, 16}), 5120);
+  EXPECT_EQ(moving("rocks", {21, 24, 21}), 10584);
+  EXPECT_EQ(moving("ring", {24, 5, 2}), 24 * 5 * 2);
+  EXPECT_EQ(moving("columns", {3, 10, 5}), 3 * 10 * 5);
+  EXPECT_EQ(moving("city", {3, 16, 5}), 4 * 3 * 16 * 5);
+  EXPECT_EQ(moving("pour", {5, 4, 3}), 5 * 4 * 3);
+}
+
+TEST(Scenes, BenchmarkSizesOfTheBigOnes) {
+  const auto product = [](const char* name) {
+    const scenes::Size size = scenes::find(name)->benchmark.size;
+    return static_cast<long>(size.x) * size.y * size.z;
+  };
+  EXPECT_EQ(product("large_pyramid"), 100);  // boxes at the base
+  EXPECT_EQ(product("many_pyramids"), 196 * 10);
+  EXPECT_EQ(product("convex_pile"), 5120);
+  EXPECT_EQ(product("rocks"), 10584);
+  EXPECT_EQ(product("ring"), 110000);
+  EXPECT_EQ(product("columns"), 100000);
+  EXPECT_EQ(product("city"), 250000);  // of four
+  EXPECT_EQ(product("pour"), 100000);
+}
+
+TEST(Scenes, SizesForSoManyBodies) {
+  for (const auto* list : {&scenes::all(), &scenes::big()}) {
+    for (const scenes::Scene& scene : *list) {
+      if (!scene.benchmark.sizeFor) continue;
+      SCOPED_TRACE(scene.name);
+      for (const int wanted : {100, 1000, 5000}) {
+        const long count = bodies(scene, scene.benchmark.sizeFor(wanted), false);
+        EXPECT_GT(count, wanted / 2) << wanted;
+        EXPECT_LT(count, 2 * wanted) << wanted;
+      }
+    }
+  }
+}
+
+TEST(Scenes, TheSameObjectsEachTime) {
+  for (const scenes::Scene& scene : scenes::big()) {
+    World a, b;
+    for (World* run : {&a, &b}) scene.build(run->objects, scene.size);
+    ASSERT_EQ(a.objects.bodies().size(), b.objects.bodies().size()) << scene.name;
+    for (size_t i = 0; i < a.objects.bodies().size(); ++i) {
+      const btRigidBody &one = *a.objects.bodies()[i], &other = *b.objects.bodies()[i];
+      EXPECT_EQ(one.getWorldTransform().getOrigin(), other.getWorldTransform().getOrigin()) << scene.name << i;
+      EXPECT_EQ(one.getInvInertiaDiagLocal(), other.getInvInertiaDiagLocal()) << scene.name << i;
+    }
+  }
+}
+
+// No two bodies start inside each other: what falls then is the scene, not an explosion.
+TEST(Scenes, BigOnesStartApart) {
+  for (const scenes::Scene& scene : scenes::big()) {
+    World run;
+    scene.build(run.objects, scene.size);
+    run.world.performDiscreteCollisionDetection();
+    double deepest = 0;
+    for (int i = 0; i < run.dispatcher.getNumManifolds(); ++i) {
+      const btPersistentManifold& m = *run.dispatcher.getManifoldByIndexInternal(i);
+      for (int k = 0; k < m.getNumContacts(); ++k) deepest = btMin(deepest, double(m.getContactPoint(k).getDistance()));
+    }
+    EXPECT_GT(deepest, -0.01) << scene.name;
+  }
+}
+
+}  // namespace
+}  // namespace btgpu::test
