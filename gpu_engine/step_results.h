@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../kernels/shared/body.h"
@@ -23,6 +24,43 @@ struct ManifoldView {
   const Manifold& operator[](size_t i) const { return first[indices ? indices[i] : i]; }
 };
 
+// One value a body, in the engine's memory until its next beginStep or reset. A copy, and what is assigned from a
+// vector, has memory of its own.
+template <typename T>
+class BodyResults {
+ public:
+  BodyResults() = default;
+  BodyResults(const BodyResults& other) { *this = std::vector<T>(other.begin(), other.end()); }
+  BodyResults& operator=(const BodyResults& other) {
+    if (this != &other) *this = std::vector<T>(other.begin(), other.end());
+    return *this;
+  }
+  BodyResults& operator=(std::vector<T> values) {
+    m_own = std::move(values);
+    m_data = m_own.data();
+    m_size = m_own.size();
+    return *this;
+  }
+  // Shows memory of somebody else's.
+  void show(T* data, size_t size) {
+    m_data = data;
+    m_size = size;
+  }
+
+  size_t size() const { return m_size; }
+  const T* data() const { return m_data; }
+  const T* begin() const { return m_data; }
+  const T* end() const { return m_data + m_size; }
+  const T& operator[](size_t i) const { return m_data[i]; }
+  T& operator[](size_t i) { return m_data[i]; }
+  operator std::vector<T>() const { return {begin(), end()}; }
+
+ private:
+  std::vector<T> m_own;
+  T* m_data = nullptr;
+  size_t m_size = 0;
+};
+
 // A value that a stage left on the device, off from its reference by more than its contract allows.
 struct StageDifference {
   std::string stage;    // "65_prepare_contacts"
@@ -37,9 +75,9 @@ inline std::string textOf(const StageDifference& d) {
 
 struct StepResults {
   // Indexed by body, length WorldInput::bodyCount.
-  std::vector<BodyPose> poses;  // relative to the region origin
-  std::vector<BodyVelocity> velocities;
-  std::vector<BodyActivation> activations;
+  BodyResults<BodyPose> poses;  // relative to the region origin
+  BodyResults<BodyVelocity> velocities;
+  BodyResults<BodyActivation> activations;
   std::vector<std::uint32_t> quarantined;  // not empty if a body came out not finite: all in quarantine, ascending
 
   // With StepSettings::keepContacts: one manifold a pair that overlaps, in the order of the pairs, then those of the

@@ -252,10 +252,10 @@ void WorldEngine::await(const Flight& flight) {
   }
 }
 
-void WorldEngine::copyResults(const Flight& flight, StepResults& results) const {
-  flight.poses.copyTo(results.poses);
-  flight.velocities.copyTo(results.velocities);
-  flight.activations.copyTo(results.activations);
+void WorldEngine::showResults(Flight& flight, StepResults& results) const {
+  results.poses.show(flight.poses.data(), flight.poses.size());
+  results.velocities.show(flight.velocities.data(), flight.velocities.size());
+  results.activations.show(flight.activations.data(), flight.activations.size());
   flight.jointSolved.copyTo(results.jointSolved);
   flight.jointImpulses.copyTo(results.jointImpulses);
   results.counters = flight.counters[0];
@@ -300,7 +300,7 @@ void WorldEngine::conclude(StepResults& results) {
     results.launches += flight.launches;
   }
   const Zone zone("download");
-  copyResults(flight, results);
+  showResults(flight, results);
   adaptLaunches(results.counters);
   if (results.counters.quarantined > 0) takeBackAhead();
   const int launchesBefore = m_queue.launches();

@@ -72,7 +72,7 @@ class WorldEngine {
   void runAhead();
   void takeBackAhead();
   void await(const Flight& flight);
-  void copyResults(const Flight& flight, StepResults& results) const;
+  void showResults(Flight& flight, StepResults& results) const;
   void readContacts(StepResults& results);
   void takeFailures(StepResults& results);
   void growAfterOverflow(const StepCounters& counters);

@@ -8,53 +8,41 @@
 #include <thread>
 #include <vector>
 
-namespace btgpu {
+namespace btgpu::parallel {
 
 // For the thread sanitizer, which does not know Debian's oneTBB.
-void parallelFor(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& work) {
+void run(std::size_t count, std::size_t grain, const void* work, Call call) {
   const std::size_t most = std::max<std::size_t>(1, std::thread::hardware_concurrency());
   const std::size_t parts = std::min(most, (count + grain - 1) / std::max<std::size_t>(1, grain));
   if (parts < 2) {
-    work(0, count);
+    call(work, 0, count);
     return;
   }
   std::vector<std::thread> threads;
-  for (std::size_t t = 0; t < parts; ++t) { threads.emplace_back(work, count * t / parts, count * (t + 1) / parts); }
+  for (std::size_t t = 0; t < parts; ++t) {
+    threads.emplace_back(call, work, count * t / parts, count * (t + 1) / parts);
+  }
   for (auto& thread : threads) thread.join();
 }
 
-}  // namespace btgpu
+}  // namespace btgpu::parallel
 
 #else
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-namespace btgpu {
+namespace btgpu::parallel {
 
-void parallelFor(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& work) {
+void run(std::size_t count, std::size_t grain, const void* work, Call call) {
   if (count <= grain) {
-    work(0, count);
+    call(work, 0, count);
     return;
   }
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain),
-                    [&](const tbb::blocked_range<std::size_t>& range) { work(range.begin(), range.end()); });
+                    [=](const tbb::blocked_range<std::size_t>& range) { call(work, range.begin(), range.end()); });
 }
 
-}  // namespace btgpu
+}  // namespace btgpu::parallel
 
 #endif
-
-namespace btgpu {
-
-void parallelChunks(std::size_t count, std::size_t chunkSize,
-                    const std::function<void(std::size_t, std::size_t, std::size_t)>& work) {
-  parallelFor(chunkCount(count, chunkSize), 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t chunk = first; chunk < last; ++chunk) {
-      const std::size_t end = (chunk + 1) * chunkSize;
-      work(chunk, chunk * chunkSize, end < count ? end : count);
-    }
-  });
-}
-
-}  // namespace btgpu

@@ -10,6 +10,7 @@
 
 #include "convert.h"
 #include "exact_type.h"
+#include "parallel.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -43,16 +44,11 @@ void readHullBounds(const btConvexHullShape& hull, Shape& out) {
   out.centre = toFloat4((upper + lower) * btScalar(0.5));
 }
 
-}  // namespace
-
-// A class derived from Bullet's counts as another shape, since it may override anything.
-bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
+// Shapes that are a few numbers; false for all others. A class derived from Bullet's counts as another shape, since it
+// may override anything.
+bool convertSimple(const btCollisionShape& shape, Shape& out) {
   out = Shape{};
   out.margin = static_cast<float>(shape.getMargin());
-  if (isExactly<btConvexHullShape>(shape)) {
-    return convertHull(static_cast<const btConvexHullShape&>(shape), index, hulls, out);
-  }
-  dropHull(index);
   if (isExactly<btSphereShape>(shape)) {
     const auto& sphere = static_cast<const btSphereShape&>(shape);
     out.type = SHAPE_SPHERE;
@@ -76,6 +72,18 @@ bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, Hu
     return false;
   }
   return true;
+}
+
+}  // namespace
+
+bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
+  if (isExactly<btConvexHullShape>(shape)) {
+    out = Shape{};
+    out.margin = static_cast<float>(shape.getMargin());
+    return convertHull(static_cast<const btConvexHullShape&>(shape), index, hulls, out);
+  }
+  dropHull(index);
+  return convertSimple(shape, out);
 }
 
 bool ShapeReader::convertHull(const btConvexHullShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
@@ -123,11 +131,14 @@ void ShapeReader::dropHull(std::uint32_t index) {
   m_hulls.erase(it);
 }
 
-void ShapeReader::begin(btScalar threshold, bool relative) {
-  ++m_stamp;
-  m_used = 0;
+void ShapeReader::configure(btScalar threshold, bool relative) {
   m_threshold = threshold;
   m_relative = relative;
+}
+
+void ShapeReader::begin() {
+  ++m_stamp;
+  m_used.clear();
   m_lastShape = nullptr;
 }
 
@@ -143,33 +154,68 @@ int ShapeReader::read(const btCollisionShape* shape, WorldInput& input, Fallback
   }
   if (entry.stamp != m_stamp) {
     entry.stamp = m_stamp;
-    ++m_used;
-    const auto name = [shape] { return std::string(shape->getName()) + " shape"; };
-    Shape read;
-    if (convert(*shape, entry.index, input.hulls, read)) {
-      read.breakingThreshold =
-          static_cast<float>(m_relative ? shape->getContactBreakingThreshold(m_threshold) : m_threshold);
-    } else {
-      read = Shape{};
-      read.type = SHAPE_HOST;
-      shares.addShare(name(), "contacts by Bullet's own algorithm on the CPU");
-    }
-    entry.supported = isFiniteShape(read);
-    if (!entry.supported) {
-      missing.add(name(), "its size is not finite");
-    } else if (std::memcmp(&shapes.values[entry.index], &read, sizeof read) != 0) {
-      shapes.values[entry.index] = read;
-      if (!isNew) shapes.changed.push_back(entry.index);
-    }
+    m_used.push_back({shape, &entry, false});
+    readEntry(shape, entry, input, missing, shares);
   }
   m_lastShape = shape;
   m_lastEntry = entry;
   return entry.supported ? static_cast<int>(entry.index) : -1;
 }
 
+void ShapeReader::readEntry(const btCollisionShape* shape, Entry& entry, WorldInput& input, FallbackList& missing,
+                            FallbackList& shares) {
+  const auto name = [shape] { return std::string(shape->getName()) + " shape"; };
+  Shape read;
+  if (convert(*shape, entry.index, input.hulls, read)) {
+    read.breakingThreshold = breakingThreshold(*shape);
+  } else {
+    read = Shape{};
+    read.type = SHAPE_HOST;
+    shares.addShare(name(), "contacts by Bullet's own algorithm on the CPU");
+  }
+  entry.supported = isFiniteShape(read);
+  Shape& known = input.shapes.values[entry.index];
+  if (!entry.supported) {
+    missing.add(name(), "its size is not finite");
+  } else if (std::memcmp(&known, &read, sizeof read) != 0) {
+    known = read;
+    input.shapes.changed.push_back(entry.index);
+  }
+}
+
+float ShapeReader::breakingThreshold(const btCollisionShape& shape) const {
+  return static_cast<float>(m_relative ? shape.getContactBreakingThreshold(m_threshold) : m_threshold);
+}
+
+bool ShapeReader::isUnchanged(const btCollisionShape& shape, const Entry& entry, const WorldInput& input) const {
+  Shape read;
+  if (!entry.supported || !convertSimple(shape, read)) return false;
+  read.breakingThreshold = breakingThreshold(shape);
+  return std::memcmp(&input.shapes.values[entry.index], &read, sizeof read) == 0;
+}
+
+bool ShapeReader::readKnown(WorldInput& input, FallbackList& missing, FallbackList& shares) {
+  constexpr std::size_t kGrain = 128;
+  parallelFor(m_used.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      m_used[i].unchanged = isUnchanged(*m_used[i].shape, *m_used[i].entry, input);
+    }
+  });
+  bool same = true;
+  for (const Used& used : m_used) {
+    if (used.unchanged) continue;
+    Entry& entry = *used.entry;
+    const bool supported = entry.supported;
+    const auto type = input.shapes.values[entry.index].type;
+    readEntry(used.shape, entry, input, missing, shares);
+    same = same && entry.supported == supported && input.shapes.values[entry.index].type == type;
+  }
+  return same;
+}
+
 void ShapeReader::end(WorldInput& input) {
   constexpr std::size_t kUnused = 64;  // not worth a walk over the table
-  if (m_entries.size() >= 2 * m_used + kUnused) {
+  if (m_entries.size() >= 2 * m_used.size() + kUnused) {
     for (auto it = m_entries.begin(); it != m_entries.end();) {
       if (it->second.stamp == m_stamp) {
         ++it;
@@ -199,6 +245,7 @@ void ShapeReader::clear() {
   m_entries.clear();
   m_hulls.clear();
   m_deadVertices = 0;
+  m_used.clear();
   m_free.clear();
   m_lastShape = nullptr;
 }

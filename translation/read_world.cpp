@@ -9,6 +9,7 @@
 #include "../gpu_engine/zone.h"
 #include "convert.h"
 #include "parallel.h"
+#include "prefetch.h"
 #include "read_bodies.h"
 #include "support_check.h"
 
@@ -35,7 +36,25 @@ bool sameTransform(const btTransform& a, const btTransform& b) {
   return std::memcmp(&a.getOrigin(), &b.getOrigin(), 3 * sizeof(btScalar)) == 0;
 }
 
-constexpr std::size_t kChunk = 512;  // objects a thread reads at a time
+template <typename T>
+bool same(const Tracked<T>& tracked, std::uint32_t i, const T& value) {
+  return sameBits(tracked.values[i], value);
+}
+
+constexpr std::size_t kChunk = 256;  // objects a thread reads at a time
+
+// Whether `array` holds just what is in `known`.
+template <typename T>
+bool sameElements(const btAlignedObjectArray<T>& array, const std::vector<T>& known) {
+  const auto count = static_cast<std::size_t>(array.size());
+  return count == known.size() && (count == 0 || std::memcmp(&array[0], known.data(), count * sizeof(T)) == 0);
+}
+
+template <typename T>
+void copyElements(const btAlignedObjectArray<T>& array, std::vector<T>& known) {
+  known.clear();
+  if (array.size() > 0) known.assign(&array[0], &array[0] + array.size());
+}
 
 BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
 
@@ -44,30 +63,60 @@ BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
 void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes) {
   const Zone zone("readWorld");
   ++m_step;
-  m_hostShares.clear();
   m_globalCallback = globalContactCallback();
   const auto* dispatcher = static_cast<const btCollisionDispatcher*>(world.getDispatcher());
-  m_shapes.begin(gContactBreakingThreshold, (dispatcher->getDispatcherFlags() &
-                                             btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
-  findObjects(world.getCollisionObjectArray());
-
-  markIntegrated(world.getNonStaticRigidBodies());
+  m_shapes.configure(
+      gContactBreakingThreshold,
+      (dispatcher->getDispatcherFlags() & btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
+  const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+  const auto& bodies = world.getNonStaticRigidBodies();
+  const bool known = m_addedAgain.empty() && sameElements(objects, m_objects) && sameElements(bodies, m_bodies);
+  if (!known) {
+    findObjects(objects);
+    markIntegrated(bodies);
+    m_shapesKnown = false;
+  }
   chooseRegion(missing);
+  m_changes.resize(chunkCount(m_order.size(), kChunk));
+  if (!m_shapesKnown || !readKnownObjects(world, missing)) {
+    readShapes(world, missing);
+    readObjects();
+    m_shapesKnown = true;
+  }
   m_input.ignoredPairs.clear();
-  readShapes(world, missing);
-  readObjects(missing, notes);
+  for (Changes& changes : m_changes) take(changes, missing, notes);
   m_shapes.end(m_input);
   sortChanges();
 }
 
 void WorldReader::markIntegrated(const btAlignedObjectArray<btRigidBody*>& bodies) {
-  parallelFor(static_cast<std::size_t>(bodies.size()), kChunk, [&](std::size_t first, std::size_t last) {
+  copyElements(bodies, m_bodies);
+  for (BodySlot& slot : m_slots) slot.integrated = false;
+  parallelFor(m_bodies.size(), kChunk, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      const btRigidBody* body = bodies[static_cast<int>(i)];
+      const btRigidBody* body = m_bodies[i];
       const int position = body->getWorldArrayIndex();
       if (position < 0 || position >= static_cast<int>(m_order.size())) continue;
       BodySlot& slot = m_slots[m_order[static_cast<std::size_t>(position)]];
-      if (slot.object == body) slot.integrated = m_step;
+      if (slot.object == body) slot.integrated = true;
+    }
+  });
+}
+
+// work(position, object, changes), on several threads.
+template <typename Work>
+void WorldReader::forEachObject(const Work& work) {
+  parallelChunks(m_order.size(), kChunk, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    Changes& changes = m_changes[chunk];
+    changes.missing.clear();
+    changes.hostShares.clear();
+    changes.ignoredPairs.clear();
+    changes.reshaped = false;
+    const std::size_t end = m_objects.size();
+    for (std::size_t k = first; k < last; ++k) {
+      if (k + 2 * kAhead < end) prefetch(m_objects[k + 2 * kAhead], sizeof(btRigidBody));
+      if (k + kAhead < last) prefetch(m_objects[k + kAhead]->getBroadphaseHandle(), sizeof(btBroadphaseProxy));
+      work(k, *m_objects[k], changes);
     }
   });
 }
@@ -76,34 +125,46 @@ void WorldReader::markIntegrated(const btAlignedObjectArray<btRigidBody*>& bodie
 // the table of shapes is kept by one.
 void WorldReader::readShapes(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   const Zone zone("readShapes");
-  const std::size_t count = m_order.size();
-  m_orderShapes.assign(count, nullptr);
-  m_orderShapeIndices.assign(count, -1);
-  std::vector<FallbackList> missed(chunkCount(count, kChunk));
-  parallelChunks(count, kChunk, [&](std::size_t chunk, std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last; ++k) {
-      const btCollisionObject& object = *m_slots[m_order[k]].object;
-      if (!checkObject(world, object, btRigidBody::upcast(&object), missed[chunk])) continue;
+  m_hostShares.clear();
+  m_orderShapes.assign(m_order.size(), nullptr);
+  m_orderShapeIndices.assign(m_order.size(), -1);
+  forEachObject([&](std::size_t k, btCollisionObject& object, Changes& changes) {
+    if (checkObject(world, object, btRigidBody::upcast(&object), changes.missing))
       m_orderShapes[k] = object.getCollisionShape();
-    }
   });
-  for (const FallbackList& list : missed) missing.addAll(list);
-  for (std::size_t k = 0; k < count; ++k) {
+  for (const Changes& changes : m_changes) missing.addAll(changes.missing);
+  m_shapes.begin();
+  for (std::size_t k = 0; k < m_order.size(); ++k) {
     if (m_orderShapes[k]) m_orderShapeIndices[k] = m_shapes.read(m_orderShapes[k], m_input, missing, m_hostShares);
   }
 }
 
-void WorldReader::readObjects(FallbackList& missing, FallbackList& notes) {
+void WorldReader::readObjects() {
   const Zone zone("readBodies");
-  m_changes.resize(std::max(m_changes.size(), chunkCount(m_order.size(), kChunk)));
-  parallelChunks(m_order.size(), kChunk, [this](std::size_t chunk, std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last; ++k) {
-      const std::uint32_t slot = m_order[k];
-      if (m_orderShapeIndices[k] >= 0) readObject(slot, m_orderShapeIndices[k], m_changes[chunk]);
-      readIgnoredPairs(*m_slots[slot].object, slot, m_changes[chunk].ignoredPairs);
-    }
+  forEachObject([this](std::size_t k, btCollisionObject& object, Changes& changes) {
+    const std::uint32_t slot = m_order[k];
+    if (m_orderShapeIndices[k] >= 0) readObject(slot, m_orderShapeIndices[k], changes);
+    readIgnoredPairs(object, slot, changes.ignoredPairs);
   });
-  for (Changes& changes : m_changes) take(changes, missing, notes);
+}
+
+// The same in one walk, as long as every object still has the shape that it had, and no shape has become another one.
+// False if it is not so: then what it has found of shapes and objects is for nothing.
+bool WorldReader::readKnownObjects(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+  const Zone zone("readKnown");
+  forEachObject([&](std::size_t k, btCollisionObject& object, Changes& changes) {
+    const bool usable = checkObject(world, object, btRigidBody::upcast(&object), changes.missing);
+    if ((usable ? object.getCollisionShape() : nullptr) != m_orderShapes[k]) {
+      changes.reshaped = true;
+      return;
+    }
+    const std::uint32_t slot = m_order[k];
+    if (m_orderShapeIndices[k] >= 0) readObject(slot, m_orderShapeIndices[k], changes);
+    readIgnoredPairs(object, slot, changes.ignoredPairs);
+  });
+  if (std::any_of(m_changes.begin(), m_changes.end(), [](const Changes& c) { return c.reshaped; })) return false;
+  m_hostShares.clear();
+  return m_shapes.readKnown(m_input, missing, m_hostShares);
 }
 
 void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& notes) {
@@ -135,19 +196,18 @@ void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& no
 // free, then new ones get the lowest free slots in the order of the world's array.
 void WorldReader::findObjects(const btCollisionObjectArray& objects) {
   const Zone zone("findObjects");
-  const int count = objects.size();
-  m_order.resize(static_cast<std::size_t>(count), kNoSlot);
+  copyElements(objects, m_objects);
+  m_order.resize(m_objects.size(), kNoSlot);
   m_newObjects.clear();
-  for (int i = 0; i < count; ++i) {
-    const auto position = static_cast<std::size_t>(i);
-    btCollisionObject* object = objects[i];
+  for (std::size_t position = 0; position < m_objects.size(); ++position) {
+    btCollisionObject* object = m_objects[position];
     std::uint32_t slot = m_order[position];
     if (slot == kNoSlot || slot >= m_slots.size() || m_slots[slot].object != object) slot = m_index.find(object);
     m_order[position] = slot;
     if (slot == kNoSlot) {
-      m_newObjects.push_back(static_cast<std::uint32_t>(i));
+      m_newObjects.push_back(static_cast<std::uint32_t>(position));
     } else {
-      m_slots[slot].seen = m_step;
+      m_seen[slot] = m_step;
     }
   }
   removeUnseen();
@@ -156,11 +216,11 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
   }
   m_addedAgain.clear();
   for (const std::uint32_t i : m_newObjects) {
-    const std::uint32_t slot = m_index.insert(objects[static_cast<int>(i)]);
+    const std::uint32_t slot = m_index.insert(m_objects[i]);
     growTo(m_index.slotCount());
     m_slots[slot] = BodySlot{};
-    m_slots[slot].object = objects[static_cast<int>(i)];
-    m_slots[slot].seen = m_step;
+    m_slots[slot].object = m_objects[i];
+    m_seen[slot] = m_step;
     m_order[i] = slot;
     m_input.born.push_back(slot);
   }
@@ -179,7 +239,7 @@ void WorldReader::noteAdded(const btCollisionObject* object) {
 
 void WorldReader::removeUnseen() {
   for (std::uint32_t slot = 0; slot < m_slots.size(); ++slot) {
-    if (!m_slots[slot].object || m_slots[slot].seen == m_step) continue;
+    if (!m_slots[slot].object || m_seen[slot] == m_step) continue;
     m_index.erase(slot);
     m_slots[slot] = BodySlot{};
     update(m_input.infos, slot, BodyInfo{}, m_input.infos.changed);
@@ -189,6 +249,9 @@ void WorldReader::removeUnseen() {
 void WorldReader::growTo(std::uint32_t slotCount) {
   if (slotCount <= m_input.bodyCount) return;
   m_slots.resize(slotCount);
+  m_seen.resize(slotCount);
+  m_knownTransforms.resize(slotCount, btTransform::getIdentity());
+  m_restingTransforms.resize(slotCount, btTransform::getIdentity());
   m_input.bodyCount = slotCount;
   m_input.infos.values.resize(slotCount);
   m_input.poses.values.resize(slotCount, identityPose());
@@ -221,23 +284,51 @@ void WorldReader::chooseRegion(FallbackList& missing) {
   for (const std::uint32_t slot : m_order) m_slots[slot].poseKnown = false;
 }
 
-WorldReader::Bounds WorldReader::boundsOfMoving() const {
-  Bounds bounds;
-  for (const std::uint32_t slot : m_order) {
-    const btVector3& p = m_slots[slot].object->getWorldTransform().getOrigin();
-    if (!isIntegrated(slot) || !std::isfinite(double(p.x() + p.y() + p.z()))) continue;
-    for (int k = 0; k < 3; ++k) {
-      bounds.lower[k] = std::min(bounds.lower[k], double(p[k]));
-      bounds.upper[k] = std::max(bounds.upper[k], double(p[k]));
+WorldReader::Bounds WorldReader::boundsOfMoving() {
+  m_bounds.assign(chunkCount(m_order.size(), kChunk), Bounds());
+  parallelChunks(m_order.size(), kChunk, [this](std::size_t chunk, std::size_t first, std::size_t last) {
+    Bounds& bounds = m_bounds[chunk];
+    for (std::size_t k = first; k < last; ++k) {
+      if (k + kAhead < m_objects.size()) prefetch(&m_objects[k + kAhead]->getWorldTransform().getOrigin(), kLine);
+      const btVector3& p = m_objects[k]->getWorldTransform().getOrigin();
+      if (!isIntegrated(m_order[k]) || !std::isfinite(double(p.x() + p.y() + p.z()))) continue;
+      const double at[3] = {double(p.x()), double(p.y()), double(p.z())};
+      bounds.add(at, at);
     }
+  });
+  Bounds all;
+  for (const Bounds& bounds : m_bounds) all.add(bounds.lower, bounds.upper);
+  return all;
+}
+
+void WorldReader::Bounds::add(const double (&from)[3], const double (&to)[3]) {
+  for (int k = 0; k < 3; ++k) {
+    lower[k] = std::min(lower[k], from[k]);
+    upper[k] = std::max(upper[k], to[k]);
   }
-  return bounds;
 }
 
 double WorldReader::Bounds::farthestFrom(const double (&origin)[3]) const {
   double farthest = 0;
   for (int k = 0; k < 3; ++k) farthest = std::max({farthest, origin[k] - lower[k], upper[k] - origin[k]});
   return farthest;
+}
+
+static bool holds(const WorldInput& input, std::uint32_t i, const BodyRecord& record) {
+  return same(input.infos, i, record.info) && same(input.velocities, i, record.velocity) &&
+         same(input.forces, i, record.forces) && same(input.masses, i, record.mass) &&
+         same(input.materials, i, record.material) && same(input.dampings, i, record.damping) &&
+         same(input.activations, i, record.activation);
+}
+
+// True if the application has changed what a step leaves in a body at rest and the device knows nothing of.
+bool WorldReader::isStirred(std::uint32_t i) const {
+  const BodySlot& slot = m_slots[i];
+  if (!slot.integrated) return false;
+  const btCollisionObject& object = *slot.object;
+  return object.getHitFraction() != btScalar(1) ||
+         (!object.isStaticOrKinematicObject() &&
+          !sameTransform(m_restingTransforms[i], object.getInterpolationWorldTransform()));
 }
 
 void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) {
@@ -257,7 +348,11 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
   const bool onHost = shapeType == SHAPE_HOST || (record.info.flags & BODY_HOST_CONTACTS);
   if (onHost != slot.onHost) changes.hostBodiesChanged = true;
   slot.onHost = onHost;
-  const bool moved = !slot.poseKnown || !sameTransform(slot.lastTransform, object.getWorldTransform());
+  const bool moved = !slot.poseKnown || !sameTransform(m_knownTransforms[i], object.getWorldTransform());
+  if (slot.resting && (moved || isStirred(i))) slot.resting = false;
+  // As the device has it, and so it was finite.
+  if (!moved && !slot.quarantined && !slot.deviceQuarantined && holds(m_input, i, record)) return;
+  slot.resting = false;
   const BodyPose pose = moved ? toPose(object.getWorldTransform(), m_input.regionOrigin) : m_input.poses.values[i];
   const BodyInfo& known = m_input.infos.values[i];
   // With btDbvtBroadphase the proxy's id changes when an object leaves and comes back, whoever took it there.
@@ -286,7 +381,7 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
   update(m_input.dampings, i, record.damping, changes.dampings);
   update(m_input.activations, i, record.activation, changes.activations);
   if (moved) {
-    slot.lastTransform = object.getWorldTransform();
+    m_knownTransforms[i] = object.getWorldTransform();
     slot.poseKnown = true;
     update(m_input.poses, i, pose, changes.poses);
   }
@@ -306,7 +401,8 @@ void WorldReader::sortChanges() {
   for (auto* list :
        {&in.infos.changed, &in.poses.changed, &in.velocities.changed, &in.forces.changed, &in.masses.changed,
         &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed, &in.born}) {
-    std::sort(list->begin(), list->end());
+    // Nearly always they are: objects are mostly in the order of their slots.
+    if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
   auto& ignored = in.ignoredPairs;
@@ -315,9 +411,6 @@ void WorldReader::sortChanges() {
 }
 
 void WorldReader::acceptResults(const StepResults& results) {
-  m_input.poses.values = results.poses;
-  m_input.velocities.values = results.velocities;
-  m_input.activations.values = results.activations;
   for (const std::uint32_t i : results.quarantined) {
     m_input.infos.values[i].flags |= BODY_QUARANTINED;
     m_slots[i].deviceQuarantined = !m_slots[i].quarantined;

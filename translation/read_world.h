@@ -17,13 +17,14 @@ BTGPU_TRANSLATION_BEGIN
 // known to be in the world, that is within read() and until the application's next callback.
 struct BodySlot {
   btCollisionObject* object = nullptr;  // null: the slot is free
-  bool poseKnown = false;               // lastTransform holds what the device has
-  btTransform lastTransform = btTransform::getIdentity();
-  bool quarantined = false;        // NaN or infinity came from the application
-  bool deviceQuarantined = false;  // ... or arose on the device
-  bool onHost = false;             // the contacts of all its pairs come from Bullet's own algorithms
-  std::uint32_t seen = 0;          // step in which it was last in the world
-  std::uint32_t integrated = 0;    // step in which it was last in the list of non-static rigid bodies
+  bool integrated = false;              // it is in the list of non-static rigid bodies
+  bool poseKnown = false;               // WorldReader::knownTransform() holds what the device has
+  bool quarantined = false;             // NaN or infinity came from the application
+  bool deviceQuarantined = false;       // ... or arose on the device
+  bool onHost = false;                  // the contacts of all its pairs come from Bullet's own algorithms
+  // A step that does not change it has nothing to write: an earlier one has left in it all that steps leave in a body
+  // that stays where it is (restingTransform() among it), and nobody has touched it since.
+  bool resting = false;
 };
 
 // Reads a Bullet world into a WorldInput: finds what came, went and changed by comparing with what the device
@@ -39,7 +40,11 @@ class WorldReader {
   const WorldInput& input() const { return m_input; }
   const std::vector<BodySlot>& slots() const { return m_slots; }
   std::vector<BodySlot>& slots() { return m_slots; }
-  bool isIntegrated(std::uint32_t slot) const { return m_slots[slot].integrated == m_step; }
+  bool isIntegrated(std::uint32_t slot) const { return m_slots[slot].integrated; }
+  // By slot: the world transform of an object as it was last read or written, and the interpolation transform of a
+  // dynamic one that rests.
+  btTransform& knownTransform(std::uint32_t slot) { return m_knownTransforms[slot]; }
+  btTransform& restingTransform(std::uint32_t slot) { return m_restingTransforms[slot]; }
   // Slot of an object that was in the world at the last read, or kNoSlot.
   std::uint32_t findSlot(const btCollisionObject* object) const { return m_index.find(object); }
 
@@ -59,7 +64,7 @@ class WorldReader {
   // new body.
   void noteAdded(const btCollisionObject* object);
 
-  // Takes the results of a step over into the mirror (before they are written to Bullet).
+  // After a step whose bodies have been written back (writeBackBodies).
   void acceptResults(const StepResults& results);
 
   // Forgets everything: the next read reports all bodies as new.
@@ -73,20 +78,26 @@ class WorldReader {
   struct Bounds {
     double lower[3] = {1e300, 1e300, 1e300}, upper[3] = {-1e300, -1e300, -1e300};
     bool empty() const { return lower[0] > upper[0]; }
+    void add(const double (&from)[3], const double (&to)[3]);
     double farthestFrom(const double (&origin)[3]) const;  // along an axis
   };
   void chooseRegion(FallbackList& missing);
-  Bounds boundsOfMoving() const;  // positions of the bodies that move
+  Bounds boundsOfMoving();  // positions of the bodies that move
   // What one thread found out about some objects.
   struct Changes {
     std::vector<std::uint32_t> infos, poses, velocities, forces, masses, materials, dampings, activations, born;
     std::vector<ulong> ignoredPairs;
     FallbackList missing, notes, hostShares;
     bool hostBodiesChanged = false;
+    bool reshaped = false;  // an object has another shape than it had in the last read
   };
   void markIntegrated(const btAlignedObjectArray<btRigidBody*>& bodies);
   void readShapes(btDiscreteDynamicsWorld& world, FallbackList& missing);
-  void readObjects(FallbackList& missing, FallbackList& notes);
+  void readObjects();
+  bool readKnownObjects(btDiscreteDynamicsWorld& world, FallbackList& missing);
+  template <typename Work>
+  void forEachObject(const Work& work);
+  bool isStirred(std::uint32_t slot) const;
   void readObject(std::uint32_t slot, int shapeIndex, Changes& changes);
   void take(Changes& changes, FallbackList& missing, FallbackList& notes);
   void sortChanges();
@@ -94,12 +105,18 @@ class WorldReader {
 
   IndexMap m_index;
   std::vector<BodySlot> m_slots;
-  std::vector<std::uint32_t> m_order;                  // slot of each object, in the world's order
-  std::vector<std::uint32_t> m_addedAgain;             // slots of objects that were added while they had one
-  std::vector<std::uint32_t> m_newObjects;             // positions in the world of objects without a slot yet
+  std::vector<btTransform> m_knownTransforms, m_restingTransforms;  // by slot
+  std::vector<btCollisionObject*> m_objects;                        // the world's array as it was read last
+  std::vector<btRigidBody*> m_bodies;                               // likewise its list of non-static rigid bodies
+  std::vector<std::uint32_t> m_order;                               // slot of each object, in the world's order
+  std::vector<std::uint32_t> m_seen;        // by slot: read in which its object was last looked for and found
+  std::vector<std::uint32_t> m_addedAgain;  // slots of objects that were added while they had one
+  std::vector<std::uint32_t> m_newObjects;  // positions in the world of objects without a slot yet
   std::vector<const btCollisionShape*> m_orderShapes;  // of each object in m_order; null: it can't be used
   std::vector<int> m_orderShapeIndices;                // likewise; -1
+  bool m_shapesKnown = false;                          // these two are those of the last read
   std::vector<Changes> m_changes;                      // by chunk
+  std::vector<Bounds> m_bounds;                        // likewise
   ShapeReader m_shapes;
   WorldInput m_input;
   std::uint32_t m_step = 0;

@@ -2,11 +2,13 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "write_back_bodies.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "../gpu_engine/zone.h"
 #include "convert.h"
 #include "parallel.h"
+#include "prefetch.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -15,8 +17,14 @@ bool isActiveState(int state) {
   return state != ISLAND_SLEEPING && state != DISABLE_SIMULATION && state != FIXED_BASE_MULTI_BODY;
 }
 
-bool sameVelocity(const BodyVelocity& a, const BodyVelocity& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
-bool samePose(const BodyPose& a, const BodyPose& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+constexpr std::size_t kGrain = 256, kBlock = 32;  // bodies
+
+template <typename T>
+bool same(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+bool isZero(const float4& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
 
 void writeVelocity(btRigidBody& body, const BodyVelocity& velocity) {
   body.setLinearVelocity(toBullet(velocity.linear));
@@ -29,43 +37,87 @@ void predictResting(btRigidBody& body, btScalar timeStep) {
   body.predictIntegratedTransform(timeStep, body.getInterpolationWorldTransform());
 }
 
-void writeBack(WorldReader& reader, const StepResults& results, btScalar timeStep, std::uint32_t i) {
-  const WorldInput& before = reader.input();
+// What a step changed in a body. The reader's mirror takes it over.
+struct Change {
+  bool pose, velocity, deactivationTime, state;
+  bool any() const { return pose || velocity || deactivationTime || state; }
+};
+
+Change takeOver(WorldInput& input, const StepResults& results, std::uint32_t i) {
+  BodyPose& pose = input.poses.values[i];
+  BodyVelocity& velocity = input.velocities.values[i];
+  BodyActivation& activation = input.activations.values[i];
+  const BodyActivation& after = results.activations[i];
+  const Change change{!same(pose, results.poses[i]), !same(velocity, results.velocities[i]),
+                      activation.deactivationTime != after.deactivationTime, activation.state != after.state};
+  if (change.pose) pose = results.poses[i];
+  if (change.velocity) velocity = results.velocities[i];
+  activation = after;
+  return change;
+}
+
+void writeBack(WorldReader& reader, const StepResults& results, btScalar timeStep, std::uint32_t i,
+               const Change& change) {
+  const double(&origin)[3] = reader.input().regionOrigin;
   BodySlot& slot = reader.slots()[i];
-  if (!slot.object || slot.quarantined) return;
   btCollisionObject& object = *slot.object;
   const BodyActivation& activation = results.activations[i];
   if (activation.state != object.getActivationState()) object.forceActivationState(activation.state);
-  if (activation.deactivationTime != before.activations.values[i].deactivationTime) {
-    object.setDeactivationTime(btScalar(activation.deactivationTime));
-  }
+  if (change.deactivationTime) object.setDeactivationTime(btScalar(activation.deactivationTime));
 
   btRigidBody* body = btRigidBody::upcast(&object);
-  if (!body) return;
-  if (reader.isIntegrated(i)) body->setHitFraction(btScalar(1));
-  const bool dynamic = reader.isIntegrated(i) && !body->isStaticOrKinematicObject();
-  const bool moved = !samePose(results.poses[i], before.poses.values[i]);
-  const bool velocityChanged = !sameVelocity(results.velocities[i], before.velocities.values[i]);
-  if (dynamic && isActiveState(activation.state)) {
-    writeVelocity(*body, results.velocities[i]);
-    body->proceedToTransform(moved ? toTransform(results.poses[i], before.regionOrigin) : body->getWorldTransform());
-  } else {
-    if (dynamic) predictResting(*body, timeStep);
-    if (dynamic || velocityChanged) writeVelocity(*body, results.velocities[i]);
-    if (moved) body->setWorldTransform(toTransform(results.poses[i], before.regionOrigin));
+  if (!body) {
+    slot.resting = true;
+    return;
   }
-  if (moved) {
-    slot.lastTransform = body->getWorldTransform();
+  if (slot.integrated) body->setHitFraction(btScalar(1));
+  const bool dynamic = slot.integrated && !body->isStaticOrKinematicObject();
+  const BodyVelocity& velocity = results.velocities[i];
+  if (dynamic && isActiveState(activation.state)) {
+    writeVelocity(*body, velocity);
+    body->proceedToTransform(change.pose ? toTransform(results.poses[i], origin) : body->getWorldTransform());
+  } else {
+    slot.resting = !change.pose && (!dynamic || (isZero(velocity.linear) && isZero(velocity.angular)));
+    if (dynamic) {
+      predictResting(*body, timeStep);
+      if (slot.resting) reader.restingTransform(i) = body->getInterpolationWorldTransform();
+    }
+    if (dynamic || change.velocity) writeVelocity(*body, velocity);
+    if (change.pose) body->setWorldTransform(toTransform(results.poses[i], origin));
+  }
+  if (change.pose) {
+    reader.knownTransform(i) = body->getWorldTransform();
     slot.poseKnown = true;
   }
+}
+
+// Those that there is something to write to are asked for together, since they lie anywhere in memory.
+void writeBackBlock(WorldReader& reader, const StepResults& results, btScalar timeStep, std::size_t first,
+                    std::size_t last) {
+  Change changes[kBlock];
+  std::uint32_t found[kBlock];
+  std::size_t count = 0;
+  for (auto i = static_cast<std::uint32_t>(first); i < last; ++i) {
+    const Change change = takeOver(reader.input(), results, i);
+    BodySlot& slot = reader.slots()[i];
+    if (!slot.object || slot.quarantined) continue;
+    if (slot.resting && !change.any() && !isActiveState(results.activations[i].state)) continue;
+    slot.resting = false;
+    prefetchToWrite(slot.object, sizeof(btCollisionObject) + 3 * kLine);
+    changes[count] = change;
+    found[count++] = i;
+  }
+  for (std::size_t k = 0; k < count; ++k) writeBack(reader, results, timeStep, found[k], changes[k]);
 }
 
 }  // namespace
 
 void writeBackBodies(WorldReader& reader, const StepResults& results, btScalar timeStep) {
   const Zone zone("writeBackBodies");
-  parallelFor(reader.input().bodyCount, 512, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) writeBack(reader, results, timeStep, static_cast<std::uint32_t>(i));
+  parallelFor(reader.input().bodyCount, kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; i += kBlock) {
+      writeBackBlock(reader, results, timeStep, i, std::min(i + kBlock, last));
+    }
   });
 }
 

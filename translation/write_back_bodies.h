@@ -7,8 +7,8 @@
 BTGPU_TRANSLATION_BEGIN
 
 // Writes a step's results into Bullet's objects, through the calls that stock makes: velocities, transforms with
-// interpolation state and world inertia, activation states and timers. Call it before reader.acceptResults, since it
-// compares with the state before the step. Runs no callback.
+// interpolation state and world inertia, activation states and timers; and takes them over into the reader's mirror,
+// with which it compares. A body that rests and that nobody has touched is not touched. Runs no callback.
 void writeBackBodies(WorldReader& reader, const StepResults& results, btScalar timeStep);
 
 BTGPU_TRANSLATION_END

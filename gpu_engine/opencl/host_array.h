@@ -25,6 +25,7 @@ class HostArray {
   HostArray& operator=(const HostArray&) = delete;
 
   size_t size() const { return m_size; }
+  T* data() { return m_data; }
   const T& operator[](size_t i) const { return m_data[i]; }
 
   void resize(Queue& queue, size_t size) {
