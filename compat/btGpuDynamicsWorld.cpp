@@ -264,7 +264,11 @@ int btGpuDynamicsWorld::stepSimulation(btScalar timeStep, int maxSubSteps, btSca
 
 void btGpuDynamicsWorld::synchronizeMotionStates() {
   const Zone zone("synchronizeMotionStates");
-  btDiscreteDynamicsWorld::synchronizeMotionStates();
+  if (m_synchronizeAllMotionStates) {
+    btDiscreteDynamicsWorld::synchronizeMotionStates();
+  } else {
+    btgpu::findState(this)->motionStates.write(*this, m_nonStaticRigidBodies);
+  }
 }
 
 void btGpuDynamicsWorld::applyGravity() {

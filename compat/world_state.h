@@ -72,6 +72,7 @@ struct WorldState {
   ContactWriter contacts;
   HostContacts hostContacts;
   AabbUpdater aabbs;
+  MotionStateWriter motionStates;
   JointReader joints;
   std::unique_ptr<Engine> engine;
   std::string engineError;  // why there is no engine

@@ -22,6 +22,8 @@ class ManifoldRegistry {
   // Null once the manifold is gone.
   btPersistentManifold* at(std::uint32_t handle) const { return m_manifolds[handle]; }
   std::size_t alive() const { return m_manifolds.size() - m_free.size() - m_removed.size(); }
+  // True if a manifold has gone since the last reclaim().
+  bool hasRemoved() const { return !m_removed.empty(); }
   // Handles of manifolds that are gone may be used again: nobody remembers them any more.
   void reclaim();
 

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <mutex>
+#include <numeric>
 
 #include "../gpu_engine/zone.h"
 #include "contacts.h"
 #include "host_contacts.h"
 #include "parallel.h"
+#include "prefetch.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -64,7 +66,7 @@ void ContactWriter::write(btDiscreteDynamicsWorld& world, const WorldReader& rea
       static_cast<std::size_t>(world.getDispatcher()->getNumManifolds()) != m_registry->alive() + others) {
     takeOver(world, reader);
   }
-  merge(world, reader, results);
+  if (m_registry->hasRemoved() || !mergeKnown(results)) merge(world, reader, results);
   m_registry->reclaim();
   update(reader, results);
   if (dropParted) removeParted(world, reader);
@@ -86,6 +88,36 @@ void ContactWriter::takeOver(btDiscreteDynamicsWorld& world, const WorldReader& 
     }
   }
   std::sort(m_entries.begin(), m_entries.end(), [](const Entry& x, const Entry& y) { return x.key < y.key; });
+}
+
+// merge() where no pair has begun to touch and no manifold has gone, on several threads. False if it is not so; then
+// merge() has all to do.
+bool ContactWriter::mergeKnown(const StepResults& results) {
+  const Zone zone("mergeKnown");
+  constexpr std::size_t kChunk = 2048;
+  const std::vector<ulong>& keys = results.contactKeys;
+  if (keys.size() > m_entries.size()) return false;
+  m_fresh.resize(keys.size());
+  std::uint32_t fresh = 0;
+  for (std::size_t k = 0; k < keys.size(); ++k) m_fresh[k] = keys[k] & CONTACT_CARRIED ? kCarried : fresh++;
+  m_matched.assign(chunkCount(m_entries.size(), kChunk), 0);
+  parallelChunks(m_entries.size(), kChunk, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    const auto keyAt = [&keys](std::size_t k) { return keys[k] & ~CONTACT_CARRIED; };
+    const auto begin = std::lower_bound(keys.begin(), keys.end(), m_entries[first].key,
+                                        [](ulong marked, ulong key) { return (marked & ~CONTACT_CARRIED) < key; });
+    auto k = static_cast<std::size_t>(begin - keys.begin());
+    std::size_t matched = 0;
+    for (std::size_t i = first; i < last; ++i) {
+      Entry& entry = m_entries[i];
+      // A key without an entry stays behind, so that too few match.
+      while (k < keys.size() && keyAt(k) < entry.key) ++k;
+      const bool touching = k < keys.size() && keyAt(k) == entry.key;
+      entry.contact = touching ? m_fresh[k++] : kGone;
+      matched += touching;
+    }
+    m_matched[chunk] = matched;
+  });
+  return std::accumulate(m_matched.begin(), m_matched.end(), std::size_t{0}) == keys.size();
 }
 
 // Both lists are sorted by key. Entries stay while their manifold lives, whether it has points or not.
@@ -142,10 +174,25 @@ void fillFrom(const Manifold& from, const WorldReader& reader, btPersistentManif
 
 void ContactWriter::update(const WorldReader& reader, const StepResults& results) {
   const Zone zone("fillManifolds");
+  // Manifolds lie anywhere in memory, and so do the bodies whose transforms give the points' world positions.
+  const auto ask = [&](std::size_t i) {
+    const Entry& entry = m_entries[i];
+    if (entry.contact == kCarried) return;
+    const btPersistentManifold* manifold = m_registry->at(entry.handle);
+    if (entry.contact == kGone) {
+      __builtin_prefetch(reinterpret_cast<const char*>(manifold + 1) - kLine);  // where its count of points is
+      return;
+    }
+    prefetchToWrite(manifold, sizeof *manifold);
+    for (const ulong slot : {entry.key >> 32, entry.key & 0xffffffff}) {
+      prefetch(&reader.slots()[slot].object->getWorldTransform(), 2 * kLine);
+    }
+  };
   std::mutex mutex;
   std::vector<const Entry*> special;
   parallelFor(m_entries.size(), kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
+      if (i + kAhead < last) ask(i + kAhead);
       const Entry& entry = m_entries[i];
       if (entry.contact == kCarried) continue;
       btPersistentManifold& manifold = *m_registry->at(entry.handle);
@@ -155,7 +202,7 @@ void ContactWriter::update(const WorldReader& reader, const StepResults& results
         special.push_back(&entry);
       } else if (touching) {
         fillFrom(results.contacts[entry.contact], reader, manifold);
-      } else {
+      } else if (manifold.getNumContacts() > 0) {
         manifold.setNumContacts(0);
       }
     }

@@ -36,6 +36,7 @@ class ContactWriter {
   };
 
   void takeOver(btDiscreteDynamicsWorld& world, const WorldReader& reader);
+  bool mergeKnown(const StepResults& results);
   void merge(btDiscreteDynamicsWorld& world, const WorldReader& reader, const StepResults& results);
   void append(btDiscreteDynamicsWorld& world, const WorldReader& reader, ulong key, std::uint32_t contact);
   void update(const WorldReader& reader, const StepResults& results);
@@ -44,6 +45,8 @@ class ContactWriter {
 
   std::shared_ptr<ManifoldRegistry> m_registry = std::make_shared<ManifoldRegistry>();
   std::vector<Entry> m_entries, m_next;  // by key, ascending
+  std::vector<std::size_t> m_matched;    // by chunk of entries
+  std::vector<std::uint32_t> m_fresh;    // by place in StepResults::contactKeys: index in ::contacts
   bool m_known = false;
 };
 

@@ -38,10 +38,10 @@ ContactPoint readContactPoint(const btManifoldPoint& p) {
 }
 
 void writeContactPoint(const ContactPoint& c, const btTransform& a, const btTransform& b, btManifoldPoint& p) {
-  void* userData = p.m_userPersistentData;
-  p = btManifoldPoint(toBullet(c.localPointA), toBullet(c.localPointB), toBullet(c.normalWorldOnB),
-                      btScalar(c.localPointA.w));
-  p.m_userPersistentData = userData;
+  p.m_localPointA = toBullet(c.localPointA);
+  p.m_localPointB = toBullet(c.localPointB);
+  p.m_normalWorldOnB = toBullet(c.normalWorldOnB);
+  p.m_distance1 = btScalar(c.localPointA.w);
   p.m_positionWorldOnA = a * p.m_localPointA;
   p.m_positionWorldOnB = b * p.m_localPointB;
   p.m_appliedImpulse = btScalar(c.localPointB.w);
@@ -57,6 +57,7 @@ void writeContactPoint(const ContactPoint& c, const btTransform& a, const btTran
   p.m_combinedContactDamping1 = btScalar(c.combinedDamping);
   p.m_lifeTime = c.lifeTime;
   p.m_contactPointFlags = c.flags & POINT_BULLET_FLAGS;
+  p.m_prevRHS = p.m_contactMotion1 = p.m_contactMotion2 = p.m_frictionCFM = btScalar(0);
   p.m_partId0 = p.m_partId1 = p.m_index0 = p.m_index1 = -1;
 }
 

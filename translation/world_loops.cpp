@@ -4,6 +4,9 @@
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 
+#include <algorithm>
+#include <cstring>
+
 #include "../gpu_engine/zone.h"
 #include "exact_type.h"
 #include "parallel.h"
@@ -18,6 +21,12 @@ void forEach(const BodyArray& bodies, const Work& work) {
   parallelFor(static_cast<std::size_t>(bodies.size()), kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) work(*bodies[static_cast<int>(i)]);
   });
+}
+
+// Zeros with a positive sign, the fourth number included.
+bool isPlainZero(const btVector3& v) {
+  static const btVector3 zero(0, 0, 0);
+  return std::memcmp(&v, &zero, sizeof v) == 0;
 }
 
 // Shapes whose getAabb only reads. A shape of the application's own may do anything.
@@ -36,7 +45,11 @@ void applyGravityTo(const BodyArray& bodies) {
 }
 
 void clearForcesOf(const BodyArray& bodies) {
-  forEach(bodies, [](btRigidBody& body) { body.clearForces(); });
+  forEach(bodies, [](btRigidBody& body) {
+    // Of bodies at rest it is so already; what is not written need not go back to memory.
+    const bool clear = isPlainZero(body.getTotalForce()) && isPlainZero(body.getTotalTorque());
+    if (!clear) body.clearForces();
+  });
 }
 
 void predictTransforms(const BodyArray& bodies, btScalar timeStep) {
@@ -61,6 +74,29 @@ std::vector<int> awakeKinematicBodies(const btCollisionObjectArray& objects) {
   std::vector<int> all;
   for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
   return all;
+}
+
+void MotionStateWriter::write(btDiscreteDynamicsWorld& world, const BodyArray& bodies) {
+  const auto count = static_cast<std::size_t>(bodies.size());
+  m_isOthers.resize(count);
+  m_anyOthers.assign(chunkCount(count, kGrain), 0);
+  parallelChunks(count, kGrain, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      btRigidBody& body = *bodies[static_cast<int>(i)];
+      const btMotionState* state = body.isActive() ? body.getMotionState() : nullptr;
+      m_isOthers[i] = state && !isExactly<btDefaultMotionState>(*state);
+      if (m_isOthers[i]) m_anyOthers[chunk] = 1;
+      if (state && !m_isOthers[i]) world.synchronizeSingleMotionState(&body);
+    }
+  });
+  if (std::find(m_anyOthers.begin(), m_anyOthers.end(), 1) == m_anyOthers.end()) return;
+  m_bodies.clear();
+  for (std::size_t i = 0; i < count; ++i) m_bodies.push_back(bodies[static_cast<int>(i)]);
+  for (int i = 0; i < bodies.size(); ++i) {
+    const auto position = static_cast<std::size_t>(i);
+    const bool known = position < count && bodies[i] == m_bodies[position];
+    if ((!known || m_isOthers[position]) && bodies[i]->isActive()) world.synchronizeSingleMotionState(bodies[i]);
+  }
 }
 
 AabbUpdater::Bounds AabbUpdater::boundsOf(const btCollisionWorld& world, btCollisionObject& object) {

@@ -21,6 +21,20 @@ std::vector<int> awakeKinematicBodies(const btCollisionObjectArray& objects);
 // predictIntegratedTransform of every body that moves, into its interpolation transform.
 void predictTransforms(const BodyArray& bodies, btScalar timeStep);
 
+// btDiscreteDynamicsWorld::synchronizeMotionStates, of the active bodies. Motion states that are exactly
+// btDefaultMotionState are written on several threads, one each; then all others are called, in the order of the
+// bodies, on the calling thread.
+class MotionStateWriter {
+ public:
+  // `bodies`: the world's own list; the application may change it while it is called.
+  void write(btDiscreteDynamicsWorld& world, const BodyArray& bodies);
+
+ private:
+  std::vector<unsigned char> m_isOthers;   // by position: the motion state is not Bullet's own
+  std::vector<btRigidBody*> m_bodies;      // the list as it was before the first call
+  std::vector<unsigned char> m_anyOthers;  // by chunk
+};
+
 // btCollisionWorld::updateAabbs. The AABBs are computed on several threads; the broadphase takes them one by one.
 class AabbUpdater {
  public:
