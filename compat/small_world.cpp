@@ -9,7 +9,7 @@
 namespace btgpu {
 namespace {
 
-constexpr long kDefaultLimit = 400;  // docs/decisions/0015-small-worlds.md
+constexpr long kDefaultLimit = 440;  // docs/decisions/0015-small-worlds.md
 constexpr int kManifoldsABody = 3;   // of a pile, before any is known
 
 const char* environment(const char* name) {

@@ -35,10 +35,13 @@ class GpuWorld : public BenchWorld {
                                 engine->kernelShape)
                   : std::string();
   }
-  std::string device() const override { return m_world.world().statistics().m_device; }
+  std::string device() const override {
+    const btGpuStatistics s = m_world.world().statistics();
+    return s.m_deviceSteps == 0 && s.m_smallSteps > 0 ? "stock's path: a small world" : s.m_device;
+  }
   std::string failure() const override {
     const auto fallbacks = m_world.world().fallbackReport();
-    if (m_world.world().statistics().m_stockSteps == 0) return {};
+    if (m_world.world().statistics().m_stockSteps == m_world.world().statistics().m_smallSteps) return {};
     return fallbacks.empty() ? "some steps ran on the CPU"
                              : fmt::format("some steps ran on the CPU: {} ({})", fallbacks.front().m_what,
                                            fallbacks.front().m_reason);
