@@ -42,7 +42,7 @@ std::string worldCell(const json& run, const char* world) {
 
 std::string stepsTable(const json& runs) {
   std::string text =
-      "| scene | size | bodies | manifolds | contacts | btgpu, ms (p95) | stock | bullet3 | btgpu is stock's times | "
+      "| scene | size | bodies | manifolds | contacts | btgpu, ms (p95) | stock | bullet3 | times stock's speed | "
       "translation | device | rest | launches | waits | bytes a body "
       "|\n|---|---|---|---|---|---|---|---|---|---|---|---|"
       "---|---|---|\n";
@@ -155,14 +155,15 @@ std::string microText(const std::string& stem, const json& file) {
       "| benchmark | time, us | bytes touched, MB | GB/s | flops a byte | of the roof, % "
       "|\n|---|---|---|---|---|---|\n";
   for (const json& b : file.at("benchmarks")) {
+    std::string name = b.at("name").get<std::string>();
+    name = name.substr(0, std::min(name.find("/iterations:"), name.find("/manual_time")));
     if (b.contains("error_occurred") && b.at("error_occurred") == true) {
-      text += fmt::format("| {} | {} | | | | |\n", b.at("name").get<std::string>(),
-                          b.value("error_message", std::string()));
+      text += fmt::format("| {} | {} | | | | |\n", name, b.value("error_message", std::string()));
       continue;
     }
     static const std::map<std::string, double> units = {{"ns", 1e-3}, {"us", 1}, {"ms", 1e3}, {"s", 1e6}};
     const double us = b.at("real_time").get<double>() * units.at(b.at("time_unit").get<std::string>());
-    text += fmt::format("| {} | {:.4g} | {} | {} | {} | {} |\n", b.at("name").get<std::string>(), us,
+    text += fmt::format("| {} | {:.4g} | {} | {} | {} | {} |\n", name, us,
                         b.value("MB", 0.0) > 0 ? cell(b, "MB", "{:.4g}") : std::string(), cell(b, "GB/s", "{:.4g}"),
                         cell(b, "flops/B", "{:.2g}"), cell(b, "roof%", "{:.3g}"));
   }

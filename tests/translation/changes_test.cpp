@@ -286,5 +286,45 @@ TEST(Changes, ResultsOfAStepAreNoChanges) {
   EXPECT_EQ(w.step(), (Upload{{"poses", {3}}}));
 }
 
+// What a step that changes nothing does to a body asleep, as stock does it to all bodies: it is done once, and again
+// after the application has touched the body.
+TEST(Changes, BodyAtRestIsLeftAlone) {
+  FourBodies w;
+  btRigidBody& body = *w.bodies[1];
+  body.getWorldTransform().setRotation(btQuaternion(s(0.1), s(0.2), s(0.3), s(0.9)));
+  body.forceActivationState(ISLAND_SLEEPING);
+  const auto step = [&w] {
+    w.read();
+    const StepResults results = w.unchangedResults();
+    writeBackBodies(w.reader, results, s(1.0 / 60));
+    w.reader.acceptResults(results);
+  };
+  step();
+  btTransform predicted;
+  body.predictIntegratedTransform(s(1.0 / 60), predicted);
+  ASSERT_TRUE(body.getInterpolationWorldTransform() == predicted);
+  w.read();
+  EXPECT_TRUE(w.reader.slots()[w.slot(&body)].resting);
+  EXPECT_FALSE(w.reader.slots()[w.slot(w.bodies[0])].resting);
+  const std::vector<std::pair<const char*, std::function<void()>>> touches = {
+      {"interpolation", [&] { body.setInterpolationWorldTransform(btTransform::getIdentity()); }},
+      {"hit fraction", [&] { body.setHitFraction(s(0.5)); }},
+      {"transform", [&] { body.getWorldTransform().setOrigin(btVector3(9, 9, 9)); }},
+      {"velocity", [&] { body.setLinearVelocity(btVector3(1, 0, 0)); }},
+      {"no velocity", [&] { body.setLinearVelocity(btVector3(0, 0, 0)); }}};
+  for (const auto& [what, touch] : touches) {
+    SCOPED_TRACE(what);
+    touch();
+    step();
+    body.predictIntegratedTransform(s(1.0 / 60), predicted);
+    EXPECT_TRUE(body.getInterpolationWorldTransform() == predicted);
+    EXPECT_EQ(body.getHitFraction(), s(1));
+    step();
+    EXPECT_TRUE(body.getInterpolationWorldTransform() == predicted);
+    w.read();
+    EXPECT_EQ(w.reader.slots()[w.slot(&body)].resting, std::string(what) != "velocity");
+  }
+}
+
 }  // namespace
 }  // namespace btgpu::test

@@ -6,7 +6,9 @@
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 
 #include <cstring>
+#include <functional>
 #include <random>
+#include <utility>
 
 #include "tests/translation/reader_world.h"
 
@@ -106,6 +108,111 @@ TEST_F(Loops, KinematicBodiesInTheOrderOfTheWorld) {
   }
   EXPECT_GT(expected.size(), 100u);
   EXPECT_EQ(awakeKinematicBodies(ours.world.getCollisionObjectArray()), expected);
+}
+
+// Of the application: notes its calls.
+class NotingState : public btMotionState {
+ public:
+  NotingState(int name, std::vector<std::pair<int, btTransform>>& calls) : m_name(name), m_calls(calls) {}
+  void getWorldTransform(btTransform& transform) const override { transform.setIdentity(); }
+  void setWorldTransform(const btTransform& transform) override {
+    m_calls.emplace_back(m_name, transform);
+    if (then) then();
+  }
+  std::function<void()> then;
+
+ private:
+  int m_name;
+  std::vector<std::pair<int, btTransform>>& m_calls;
+};
+
+// Every body gets a motion state but each ninth: of the application's own each eighth, if `others`, else Bullet's.
+struct MotionStates {
+  MotionStates(ReaderWorld& w, bool others) {
+    for (int i = 0; i < w.world.getNumCollisionObjects(); ++i) {
+      if (i % 9 == 0) continue;
+      btRigidBody& body = *btRigidBody::upcast(w.world.getCollisionObjectArray()[i]);
+      const btTransform offset(btQuaternion(btVector3(0, 1, 0), s(0.01 * i)), btVector3(0, s(0.5), 0));
+      if (others && i % 8 == 3) {
+        own.push_back(std::make_unique<NotingState>(i, calls));
+      } else {
+        bullets.push_back(std::make_unique<btDefaultMotionState>(btTransform::getIdentity(), offset));
+      }
+      btMotionState* state = nullptr;
+      if (others && i % 8 == 3) state = own.back().get();
+      if (!state) state = bullets.back().get();
+      const btTransform at = body.getWorldTransform();
+      body.setMotionState(state);
+      body.setWorldTransform(at);  // setMotionState took the state's
+      body.setInterpolationWorldTransform(at);
+      body.setHitFraction(s(0.5 + 0.0001 * i));
+    }
+    calls.clear();
+  }
+  std::vector<std::pair<int, btTransform>> calls;
+  std::vector<std::unique_ptr<NotingState>> own;
+  std::vector<std::unique_ptr<btDefaultMotionState>> bullets;
+};
+
+void expectSameStates(const MotionStates& a, const MotionStates& b) {
+  ASSERT_EQ(a.bullets.size(), b.bullets.size());
+  for (size_t i = 0; i < a.bullets.size(); ++i) {
+    ASSERT_TRUE(a.bullets[i]->m_graphicsWorldTrans == b.bullets[i]->m_graphicsWorldTrans) << i;
+  }
+  ASSERT_EQ(a.calls.size(), b.calls.size());
+  for (size_t i = 0; i < a.calls.size(); ++i) {
+    ASSERT_EQ(a.calls[i].first, b.calls[i].first) << i;
+    ASSERT_TRUE(a.calls[i].second == b.calls[i].second) << i;
+  }
+}
+
+TEST_F(Loops, MotionStates) {
+  for (const bool others : {false, true}) {
+    MotionStates a(ours, others), b(stock, others);
+    for (int i = 0; i < 2; ++i) {
+      MotionStateWriter writer;
+      writer.write(ours.world, ours.world.getNonStaticRigidBodies());
+      stock.world.synchronizeMotionStates();
+    }
+    expectSameStates(a, b);
+    EXPECT_EQ(a.calls.size() > 300, others);
+    int written = 0;
+    for (const auto& state : a.bullets) written += !(state->m_graphicsWorldTrans == btTransform::getIdentity());
+    EXPECT_GT(written, 2500);
+    EXPECT_LT(written, 4000);  // those asleep are not
+    for (ReaderWorld* w : {&ours, &stock}) {
+      for (int i = 0; i < w->world.getNumCollisionObjects(); ++i)
+        btRigidBody::upcast(w->world.getCollisionObjectArray()[i])->setMotionState(nullptr);
+    }
+  }
+}
+
+// The application takes bodies out of the world and puts one in, from within a motion state: who is called then, and in
+// which order, is as in stock.
+TEST_F(Loops, MotionStateThatChangesTheWorld) {
+  MotionStates a(ours, true), b(stock, true);
+  for (auto [w, states] : {std::pair(&ours, &a), std::pair(&stock, &b)}) {
+    for (auto& state : states->own) {
+      state->then = [w = w, states = states] {
+        if (states->calls.size() != 50) return;
+        const auto& bodies = w->world.getNonStaticRigidBodies();
+        btRigidBody* first = bodies[0];
+        w->world.removeRigidBody(first);
+        w->world.removeRigidBody(bodies[bodies.size() / 2]);
+        w->world.addRigidBody(first);
+      };
+    }
+  }
+  MotionStateWriter writer;
+  writer.write(ours.world, ours.world.getNonStaticRigidBodies());
+  stock.world.synchronizeMotionStates();
+  EXPECT_GT(a.calls.size(), 200u);
+  EXPECT_EQ(ours.world.getNumCollisionObjects(), 4999);
+  expectSameStates(a, b);
+  for (ReaderWorld* w : {&ours, &stock}) {
+    for (int i = 0; i < w->world.getNumCollisionObjects(); ++i)
+      btRigidBody::upcast(w->world.getCollisionObjectArray()[i])->setMotionState(nullptr);
+  }
 }
 
 }  // namespace
