@@ -40,7 +40,7 @@ STRUCT(StepParams) {
 // host repeats the step with larger arrays; the state that the step started from is still untouched.
 #define OVERFLOW_PAIRS 1u
 #define OVERFLOW_SLOTS 2u
-#define OVERFLOW_ROUNDS 4u
+#define OVERFLOW_ROUNDS 4u  // of no stage any more
 #define OVERFLOW_BEFORE 8u  // nothing here: the step before, which this one was launched on top of, failed
 
 // One block of counters, read back once at the end of the step.
@@ -51,8 +51,8 @@ STRUCT(StepCounters) {
   uint slotCount;         // constraint slots, padding included
   uint colourCount;       // parallel colours used
   uint serialCount;       // constraints in the serial batch
-  uint uncoloured;        // constraints still without a colour
-  uint colourRounds;      // colouring rounds in which something was coloured
+  uint uncoloured;        // constraints still without a colour: none
+  uint colourRounds;      // colouring rounds that were worth a launch
   uint contactPoints;     // points of all manifolds
   uint quarantined;       // bodies put into quarantine in this step
   uint boxOverlaps;       // box pairs that the separating axis test let through

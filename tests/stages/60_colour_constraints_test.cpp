@@ -306,7 +306,7 @@ TEST_F(ColourConstraintsTest, FullBodies) {
   for (const uint rounds : {0u, 64u, 65u, 69u}) {
     EXPECT_EQ(expectAsReference(star(100), rounds).counters.serialCount, 100u - COLOUR_LIMIT);
   }
-  EXPECT_EQ(expectAsReference(star(6000), 70).counters.colourRounds, isGpuShape() ? COLOUR_LIMIT + 2u : 0u);
+  EXPECT_EQ(expectAsReference(star(20000), 70).counters.colourRounds, isGpuShape() ? COLOUR_LIMIT + 2u : 0u);
 }
 
 TEST_F(ColourConstraintsTest, NothingAfterOverflowSmall) {
