@@ -202,7 +202,7 @@ TEST_F(Loops, MotionStateThatChangesTheWorld) {
         const auto& bodies = w->world.getNonStaticRigidBodies();
         btRigidBody* first = bodies[0];
         w->world.removeRigidBody(first);
-        w->world.removeRigidBody(bodies[bodies.size() / 2]);
+        for (int k = 0; k < 64; ++k) w->world.removeRigidBody(bodies[2000 + k]);
         w->world.addRigidBody(first);
       };
     }
@@ -211,7 +211,7 @@ TEST_F(Loops, MotionStateThatChangesTheWorld) {
   writer.write(ours.world, ours.world.getNonStaticRigidBodies());
   stock.world.synchronizeMotionStates();
   EXPECT_GT(a.calls.size(), 200u);
-  EXPECT_EQ(ours.world.getNumCollisionObjects(), 4999);
+  EXPECT_EQ(ours.world.getNumCollisionObjects(), 4936);
   expectSameCalls(a, b);
   for (ReaderWorld* w : {&ours, &stock}) {
     for (int i = 0; i < w->world.getNumCollisionObjects(); ++i)
