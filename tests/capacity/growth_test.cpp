@@ -66,10 +66,10 @@ class Growth : public DeviceTest {
   }
 
   static void expectSame(const StepResults& a, const StepResults& b, const std::string& what) {
-    EXPECT_TRUE(RoomyWorld::same(a.poses, b.poses)) << what;
-    EXPECT_TRUE(RoomyWorld::same(a.velocities, b.velocities)) << what;
-    EXPECT_TRUE(RoomyWorld::same(a.activations, b.activations)) << what;
-    EXPECT_TRUE(RoomyWorld::same(a.manifolds, b.manifolds)) << what;
+    EXPECT_TRUE(same(a.poses, b.poses)) << what;
+    EXPECT_TRUE(same(a.velocities, b.velocities)) << what;
+    EXPECT_TRUE(same(a.activations, b.activations)) << what;
+    EXPECT_TRUE(same(a.manifolds, b.manifolds)) << what;
     EXPECT_TRUE(sameBits(a.counters, b.counters)) << what;
   }
 
@@ -207,9 +207,9 @@ TEST_F(Growth, ManifoldsOfTheStockPath) {
   StepResults results;
   engine.begin(again, settings());
   engine.finish(results);
-  EXPECT_TRUE(RoomyWorld::same(results.poses, expected.poses));
-  EXPECT_TRUE(RoomyWorld::same(results.velocities, expected.velocities));
-  EXPECT_TRUE(RoomyWorld::same(results.manifolds, expected.manifolds));
+  EXPECT_TRUE(same(results.poses, expected.poses));
+  EXPECT_TRUE(same(results.velocities, expected.velocities));
+  EXPECT_TRUE(same(results.manifolds, expected.manifolds));
 }
 
 // The room that a step needs, found in a world that has plenty.

@@ -7,16 +7,12 @@
 
 #include "gpu_engine/world_engine.h"
 #include "tests/support/device_test.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/stage_bench.h"
 #include "tests/support/world_builder.h"
 
 namespace btgpu {
 namespace {
-
-template <typename T>
-bool same(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
 
 // An engine and what its host knows.
 struct Side {

@@ -9,6 +9,7 @@
 #include "tests/support/changed_kernels.h"
 #include "tests/support/device_test.h"
 #include "tests/support/mixed_world.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/scoped_environment.h"
 
 namespace btgpu {
@@ -43,11 +44,6 @@ struct Side {
   WorldEngine engine;
   StepResults results;
 };
-
-template <typename T>
-bool same(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
 
 // Twelve boxes in a row, each in touch with the next: 11 pairs of boxes, in the order of their bodies.
 WorldInput rowOfBoxes() {

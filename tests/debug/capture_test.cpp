@@ -249,8 +249,8 @@ TEST_F(CaptureTest, ChangesNothing) {
   }
   ASSERT_FALSE(stemsIn(m_folder.path()).empty());
   for (size_t i = 0; i < plain.size(); ++i) {
-    EXPECT_TRUE(RoomyWorld::same(plain[i].poses, captured[i].poses)) << i;
-    EXPECT_TRUE(RoomyWorld::same(plain[i].velocities, captured[i].velocities)) << i;
+    EXPECT_TRUE(same(plain[i].poses, captured[i].poses)) << i;
+    EXPECT_TRUE(same(plain[i].velocities, captured[i].velocities)) << i;
     EXPECT_EQ(plain[i].contactKeys, captured[i].contactKeys) << i;
     EXPECT_EQ(plain[i].launches, captured[i].launches) << i;
     EXPECT_EQ(plain[i].waits, captured[i].waits) << i;

@@ -6,6 +6,7 @@
 
 #include "gpu_engine/pipeline.h"
 #include "gpu_engine/step_results.h"
+#include "same_bits.h"
 #include "tests/support/stage_bench.h"
 
 namespace btgpu {
@@ -45,11 +46,6 @@ class RoomyWorld {
            same(m_before.activations, m_after.activations) && same(m_before.infos, m_after.infos) &&
            same(m_before.oldAabbs, m_after.oldAabbs) && same(m_before.oldKeys, m_after.oldKeys) &&
            same(m_before.oldManifolds, m_after.oldManifolds) && same(m_before.oldPairCount, m_after.oldPairCount);
-  }
-
-  template <typename T>
-  static bool same(const std::vector<T>& a, const std::vector<T>& b) {
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
   }
 
  private:
