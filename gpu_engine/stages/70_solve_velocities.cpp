@@ -69,15 +69,19 @@ void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iterati
 void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows) {
   queue.enterStage("70_solve_velocities");
   if (settings.warmStarting) solve(queue, world, {PASS_WARM_START}, 1);
-  std::vector<uint> passes = {PASS_NORMAL | PASS_FRICTION};
-  if (torsionRows) passes.push_back(PASS_TORSION);
+  std::vector<uint> passes = {PASS_NORMAL | PASS_FRICTION}, lastPasses = passes;
+  if (!settings.interleaveContactAndFriction) lastPasses = {PASS_NORMAL, PASS_FRICTION};
+  if (torsionRows) {
+    passes.push_back(PASS_TORSION);
+    lastPasses.push_back(PASS_TORSION);
+  }
+  const int last = settings.iterations - 1;
   for (int i = 0; i < world.jointIterations; ++i) {
     solveJoints(queue, world, static_cast<uint>(i));
-    if (i < settings.iterations) solve(queue, world, passes, 1);
+    if (i <= last) solve(queue, world, i == last ? lastPasses : passes, 1);
   }
-  if (settings.iterations > world.jointIterations) {
-    solve(queue, world, passes, settings.iterations - world.jointIterations);
-  }
+  if (world.jointIterations < last) solve(queue, world, passes, last - world.jointIterations);
+  if (world.jointIterations <= last) solve(queue, world, lastPasses, 1);
   const uint slots = static_cast<uint>(world.capacities.slots);
   m_storeImpulses.launch(queue, queue.device().grid(slots), slots, world.counters, world.params, world.slots,
                          world.rows, world.tangent2, world.manifolds);

@@ -9,7 +9,8 @@
 namespace btgpu {
 
 // Coloured projected Gauss-Seidel: warm start, then in every iteration all joint rows, all contacts (the normal rows of
-// a manifold, then its friction rows), all torsional rows, colour by colour. Joints that want more iterations than the world get them afterwards,
+// a manifold, then its friction rows; in the last iteration all normal rows, then all friction rows), all torsional
+// rows, colour by colour. Joints that want more iterations than the world get them afterwards,
 // alone. Reads slots, joints, solverMasses; changes rows, jointImpulses[] and solverBodies[]; writes the impulses of
 // contacts into manifolds[].
 //

@@ -92,11 +92,15 @@ class Solver {
     }
   }
 
-  void iterate() {
+  void iterate(bool last) {
+    const bool apart = last && !(m_flags & STEP_INTERLEAVE);
     size_t first = 0;
     for (const size_t end : m_slotEnds) {
-      iterateSlot(first, end);
+      iterateSlot(first, end, !apart);
       first = end;
+    }
+    if (apart) {
+      for (PointRows<Real>& p : m_points) solveFriction(p);
     }
     if (m_flags & STEP_SPLIT_IMPULSE) {
       for (PointRows<Real>& p : m_points) {
@@ -120,12 +124,13 @@ class Solver {
 
  private:
   // The points first ... end - 1 of one manifold.
-  void iterateSlot(size_t first, size_t end) {
+  void iterateSlot(size_t first, size_t end, bool friction) {
     for (size_t i = first; i < end; ++i) {
       solve(m_velocities, m_points[i].normal);
       if (m_flags & STEP_INTERLEAVE) solveFriction(m_points[i]);
     }
-    for (size_t i = first; i < end && !(m_flags & STEP_INTERLEAVE); ++i) solveFriction(m_points[i]);
+    if (!friction || (m_flags & STEP_INTERLEAVE)) return;
+    for (size_t i = first; i < end; ++i) solveFriction(m_points[i]);
   }
 
   struct JointRowOf {
@@ -302,7 +307,7 @@ void solveAs(const StepParams& params, int iterations, const std::vector<SlotHea
   if (params.flags & STEP_WARM_START) solver.warmStart();
   for (int i = 0; i < std::max(iterations, solver.jointIterations()); ++i) {
     solver.iterateJoints(i);
-    if (i < iterations) solver.iterate();
+    if (i < iterations) solver.iterate(i == iterations - 1);
   }
   solver.store();
 }

@@ -320,8 +320,8 @@ TEST_F(BuildErrorTest, NamesTheIncludedFile) {
 
 // Behind includes that include others the line numbers are right again.
 TEST_F(BuildErrorTest, NamesTheLineBehindIncludes) {
-  const int line = breakLine("kernels/stages/44_find_separating_axis.cl", "= axis;", "    AT(axes, k) = axiz;");
-  expectBuildError("stages/44_find_separating_axis.cl", "kernels/stages/44_find_separating_axis.cl", line);
+  const int line = breakLine("kernels/stages/46_clip_faces.cl", "= raw;", "    AT(contacts, i) = rav;");
+  expectBuildError("stages/46_clip_faces.cl", "kernels/stages/46_clip_faces.cl", line);
 }
 
 // As NVIDIA's compiler counts: lines of the source that it was given, whatever #line says.

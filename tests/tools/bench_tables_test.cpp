@@ -45,7 +45,7 @@ TEST(BenchTables, MicroBenchmarksAndDamagedFiles) {
   const TemporaryFolder folder;
   writeFile(folder.file("a.json"), R"({"context": {"device": "some device", "copyGBs": "20.5", "gflops": "100.0"},
     "benchmarks": [{"name": "scan/4096/manual_time", "real_time": 2.5, "time_unit": "ms", "MB": 8.0, "GB/s": 3.2,
-    "flops/B": 0.125, "roof%": 15.625}]})");
+    "flops/B": 0.126, "roof%": 15.625}]})");
   ASSERT_EQ(tables(folder).exitCode, 0);
   const std::string text = readFile(folder.file("tables.md"));
   EXPECT_TRUE(contains(text, "some device; copies 20.5 GB/s")) << text;

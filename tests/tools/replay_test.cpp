@@ -65,8 +65,8 @@ TEST_F(ReplayTest, SameHashSameBits) {
 }
 
 TEST_F(ReplayTest, TheHostFindsWhatWasWrongWithTheKernel) {
-  const ChangedKernels kernels("lib/box_box.h", "distance < 0.0f ? -normal : normal",
-                               "distance < 0.0f ? normal : -normal");
+  const ChangedKernels kernels("lib/box_box_wide.h", "LaneMask behind = distance < 0.0f;",
+                               "LaneMask behind = distance >= 0.0f;");
   compare({"BTGPU_CAPTURE=44@1", "BTGPU_CAPTURE_FILE=" + m_file, "BTGPU_KERNEL_DIR=" + kernels.path()});
   const Finished run = tool({"replay", m_file, "--host"});
   EXPECT_EQ(run.exitCode, 1) << run.out << run.err;
@@ -76,8 +76,8 @@ TEST_F(ReplayTest, TheHostFindsWhatWasWrongWithTheKernel) {
 
 TEST_F(ReplayTest, AnotherKernelGivesOne) {
   capture();
-  const ChangedKernels kernels("lib/box_box.h", "distance < 0.0f ? -normal : normal",
-                               "distance < 0.0f ? normal : -normal");
+  const ChangedKernels kernels("lib/box_box_wide.h", "LaneMask behind = distance < 0.0f;",
+                               "LaneMask behind = distance >= 0.0f;");
   const std::string environment = "BTGPU_KERNEL_DIR=";
   EXPECT_EQ(tool({"replay", m_file}, {environment + BTGPU_SOURCE_DIR}).exitCode, 0);
   const Finished run = tool({"replay", m_file}, {environment + kernels.path()});
