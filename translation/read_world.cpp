@@ -47,7 +47,7 @@ constexpr std::size_t kChunk = 256;  // objects a thread reads at a time
 template <typename T>
 bool sameElements(const btAlignedObjectArray<T>& array, const std::vector<T>& known) {
   const auto count = static_cast<std::size_t>(array.size());
-  return count == known.size() && (count == 0 || std::memcmp(&array[0], known.data(), count * sizeof(T)) == 0);
+  return count == known.size() && (count == 0 || std::equal(known.begin(), known.end(), &array[0]));
 }
 
 template <typename T>
