@@ -18,6 +18,7 @@
 #include "../translation/write_back_bodies.h"
 #include "../translation/write_back_joints.h"
 #include "engine_loader.h"
+#include "solver_choice.h"
 #include "world_state.h"
 
 using btgpu::Path;
@@ -166,11 +167,11 @@ void keepStatistics(WorldState& state) {
   }
 }
 
-// Manifolds of the last step, on whichever path; negative: there was none.
+// Manifolds of the last step, on whichever path, those of sleepers included; negative: there was none. On the device it
+// has one for each pair.
 int lastManifolds(const WorldState& state, btDispatcher& dispatcher) {
   if (state.lastPath == Path::None) return -1;
-  return state.lastPath == Path::Device ? static_cast<int>(state.statistics.m_contactManifolds)
-                                        : dispatcher.getNumManifolds();
+  return state.lastPath == Path::Device ? static_cast<int>(state.statistics.m_pairs) : dispatcher.getNumManifolds();
 }
 
 // Stands in for the pre-tick callback while the base class steps, since it has been called already.
@@ -429,6 +430,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     state->contacts.forget();
   }
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
+  settings.solver = btgpu::solverOf(state->settings);
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;

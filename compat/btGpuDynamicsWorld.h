@@ -12,6 +12,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -80,6 +81,14 @@ struct btGpuCrosscheckSummary {
   }
 };
 
+/// How contacts and joints are solved.
+enum class btGpuSolver {
+  Parity,         ///< as Bullet's own solver: projected Gauss-Seidel over coloured constraints
+  Fast,           ///< soft constraints in substeps
+  MassSplitting,  ///< Jacobi with split masses
+  TwoLevel,       ///< Gauss-Seidel over the batches of the paper's two-level batching
+};
+
 struct btGpuSettings {
   /// OpenCL device: an index as `btgpu info` lists them, "gpu", "cpu" or a part of the name. Empty: the
   /// environment variable BTGPU_DEVICE, else the first GPU, else the first CPU device.
@@ -90,11 +99,14 @@ struct btGpuSettings {
   /// Keeps the contact manifolds in the dispatcher current: points, impulses and lifetimes, with the same
   /// btPersistentManifold as long as a pair lives. Turned off, the dispatcher has none, and their transfer is saved.
   bool m_contacts = true;
+  /// Unset: as the environment variable BTGPU_SOLVER says (parity, fast, mass_splitting or two_level), else Parity.
+  std::optional<btGpuSolver> m_solver;
   /// Runs everything on Bullet's own CPU path.
   bool m_stockOnly = false;
   /// A world whose step is less work than this many contact manifolds (eight moving bodies count as one more) steps on
-  /// Bullet's own CPU path, which is faster there. 0: never. Negative: as BTGPU_SMALL_WORLD says, else a measured limit;
-  /// but 0 if m_device is set, or anything that looks at the device's steps, such as the cross-check or a profile.
+  /// Bullet's own CPU path, which is faster there. 0: never. Negative: as BTGPU_SMALL_WORLD says, else a measured
+  /// limit; but 0 if m_device is set, or anything that looks at the device's steps, such as the cross-check or a
+  /// profile.
   int m_smallWorld = -1;
   /// Times each stage of the step by device events; slows the step.
   bool m_profile = false;

@@ -12,16 +12,12 @@
 #include "../translation/contacts.h"
 #include "../translation/oracle/quiet_callbacks.h"
 #include "crosscheck_text.h"
+#include "environment.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
 std::atomic<int> worldCount{0};
-
-const char* environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value && *value ? value : nullptr;
-}
 
 // 0: not at all.
 int wantedEvery(const btGpuSettings& settings) {

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
+
+#include "environment.h"
 
 namespace btgpu {
 namespace {
@@ -12,9 +15,9 @@ namespace {
 constexpr long kDefaultLimit = 440;  // docs/decisions/0015-small-worlds.md
 constexpr int kManifoldsABody = 3;   // of a pile, before any is known
 
-const char* environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value && *value ? value : nullptr;
+bool isOn(const char* variable) {
+  const char* value = environment(variable);
+  return value && std::string(value) != "0";
 }
 
 bool isWatched(const btGpuSettings& s) {
@@ -23,7 +26,7 @@ bool isWatched(const btGpuSettings& s) {
                                         "BTGPU_DEBUG_KERNELS", "BTGPU_PRINTF",       "BTGPU_PROFILE"};
   return s.m_crosscheckEvery > 0 || s.m_profile || s.m_keepContacts || s.m_checkStages || s.m_debugKernels ||
          !s.m_hostStages.empty() || !s.m_profileFile.empty() ||
-         std::any_of(std::begin(kVariables), std::end(kVariables), environment);
+         std::any_of(std::begin(kVariables), std::end(kVariables), isOn);
 }
 
 long limitOf(const btGpuSettings& s) {

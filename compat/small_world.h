@@ -19,8 +19,6 @@ class SmallWorld {
   // Asked once a step. `manifolds`: of the last step; negative: there was none.
   bool isSmall(int bodies, int manifolds);
 
-  long limit() const { return m_limit; }
-
  private:
   long m_limit = 0;      // 0: never
   bool m_small = false;  // in the last step

@@ -10,6 +10,14 @@
 
 namespace btgpu {
 
+// How contacts and joints are solved (btGpuSettings::m_solver).
+enum class Solver : int {
+  Parity,         // coloured projected Gauss-Seidel with Bullet's rows
+  Fast,           // soft constraints in substeps (soft TGS)
+  MassSplitting,  // Jacobi with split masses, the rows as in Parity
+  TwoLevel,       // the paper's two-level batching in place of colours, the rows as in Parity
+};
+
 struct StepSettings {
   float timeStep = 1.0f / 60.0f;
   int iterations = 10;
@@ -32,7 +40,8 @@ struct StepSettings {
   bool hostActivation = false;  // the host advances the sleep timers after the step (a world with actions)
   bool contacts = false;        // StepResults::contactKeys and ::contacts are wanted
   bool allContacts = false;     // ... with those that did not change since the last step
-  bool keepContacts = false;    // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
+  Solver solver = Solver::Parity;
+  bool keepContacts = false;  // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
 
   // Substeps that follow at once and will want the same settings, one fewer each: the engine may start the next one
   // ahead. Contacts are sent after the last of them.
@@ -48,7 +57,7 @@ struct StepSettings {
 };
 
 inline bool operator==(const StepSettings& a, const StepSettings& b) {
-  static_assert(sizeof(StepSettings) == 76, "a new setting has to be compared below");
+  static_assert(sizeof(StepSettings) == 84, "a new setting has to be compared below");
   const auto all = [](const StepSettings& s) {
     return std::tie(s.timeStep, s.iterations, s.erp2, s.globalCfm, s.sor, s.splitImpulse,
                     s.splitImpulsePenetrationThreshold, s.splitImpulseTurnErp, s.linearSlop, s.warmStartingFactor,
@@ -56,7 +65,7 @@ inline bool operator==(const StepSettings& a, const StepSettings& b) {
                     s.frictionDirectionCaching, s.velocityDependentFriction, s.interleaveContactAndFriction,
                     s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
                     s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts,
-                    s.substepsToFollow);
+                    s.solver, s.substepsToFollow);
   };
   return all(a) == all(b);
 }

@@ -4,10 +4,18 @@
 // that a double world loses nothing far from the world's origin.
 #pragma once
 
+#include <cstring>
+
 #include "../kernels/shared/body.h"
 #include "bullet.h"
 
 BTGPU_TRANSLATION_BEGIN
+
+// Of structs without padding.
+template <typename T>
+bool sameBits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
 
 inline float4 toFloat4(const btVector3& v, float w = 0.0f) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), w};

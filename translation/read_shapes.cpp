@@ -177,7 +177,7 @@ void ShapeReader::readEntry(const btCollisionShape* shape, Entry& entry, WorldIn
   Shape& known = input.shapes.values[entry.index];
   if (!entry.supported) {
     missing.add(name(), "its size is not finite");
-  } else if (std::memcmp(&known, &read, sizeof read) != 0) {
+  } else if (!sameBits(known, read)) {
     known = read;
     input.shapes.changed.push_back(entry.index);
   }
@@ -191,7 +191,7 @@ bool ShapeReader::isUnchanged(const btCollisionShape& shape, const Entry& entry,
   Shape read;
   if (!entry.supported || !convertSimple(shape, read)) return false;
   read.breakingThreshold = breakingThreshold(shape);
-  return std::memcmp(&input.shapes.values[entry.index], &read, sizeof read) == 0;
+  return sameBits(input.shapes.values[entry.index], read);
 }
 
 bool ShapeReader::readKnown(WorldInput& input, FallbackList& missing, FallbackList& shares) {

@@ -17,11 +17,6 @@ BTGPU_TRANSLATION_BEGIN
 namespace {
 
 template <typename T>
-bool sameBits(const T& a, const T& b) {
-  return std::memcmp(&a, &b, sizeof(T)) == 0;
-}
-
-template <typename T>
 void update(Tracked<T>& tracked, std::uint32_t i, const T& value, std::vector<std::uint32_t>& changed) {
   if (sameBits(tracked.values[i], value)) return;
   tracked.values[i] = value;

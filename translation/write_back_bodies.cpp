@@ -3,7 +3,6 @@
 #include "write_back_bodies.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "../gpu_engine/zone.h"
 #include "convert.h"
@@ -18,11 +17,6 @@ bool isActiveState(int state) {
 }
 
 constexpr std::size_t kGrain = 256, kBlock = 32;  // bodies
-
-template <typename T>
-bool same(const T& a, const T& b) {
-  return std::memcmp(&a, &b, sizeof(T)) == 0;
-}
 
 bool isZero(const float4& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
 
@@ -48,7 +42,7 @@ Change takeOver(WorldInput& input, const StepResults& results, std::uint32_t i) 
   BodyVelocity& velocity = input.velocities.values[i];
   BodyActivation& activation = input.activations.values[i];
   const BodyActivation& after = results.activations[i];
-  const Change change{!same(pose, results.poses[i]), !same(velocity, results.velocities[i]),
+  const Change change{!sameBits(pose, results.poses[i]), !sameBits(velocity, results.velocities[i]),
                       activation.deactivationTime != after.deactivationTime, activation.state != after.state};
   if (change.pose) pose = results.poses[i];
   if (change.velocity) velocity = results.velocities[i];

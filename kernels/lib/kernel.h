@@ -24,8 +24,9 @@
 #define FOR_EACH(i, count) for (uint i = get_global_id(0); i < (count); i += get_global_size(0))
 #endif
 
-#define KERNEL __kernel __attribute__((reqd_work_group_size(GROUP_SIZE, 1, 1))) void
-#define SINGLE_KERNEL __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void
+#define KERNEL_OF(size) __kernel __attribute__((reqd_work_group_size(size, 1, 1))) void
+#define KERNEL KERNEL_OF(GROUP_SIZE)
+#define SINGLE_KERNEL KERNEL_OF(1)
 
 // A count is known to the host, or lies in a counter on the device and is clamped to what there is room for.
 static inline uint itemCount(uint capacity, __global const uint* counter) {

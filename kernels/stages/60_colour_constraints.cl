@@ -231,7 +231,7 @@ static uint sumOfRest(uint mine, __local uint* sum) {
 
 // One group does all further rounds, however many there are, since few constraints are left for a launch each.
 // counters->colourRounds: the rounds that were worth a launch.
-__kernel __attribute__((reqd_work_group_size(REST_LANES, 1, 1))) void colourRest(
+KERNEL_OF(REST_LANES) colourRest(
     CHECKS uint rounds, uint constraintCapacity, __global StepCounters* counters, __global const SlotHeader* headers,
     __global const uint* left, __global uint* claims, __global uint* nextClaims, __global uint* laterClaims,
     __global ulong* bodyColours, __global uint* colours) {

@@ -286,10 +286,10 @@ KERNEL solveInTeam(CHECKS uint repeats, uint sequence, __global const StepCounte
 #else
 
 // Solves the slots of one parallel colour. In small groups, since those of a small world are to spread over the device.
-__kernel __attribute__((reqd_work_group_size(SOLVE_GROUP, 1, 1))) void solveColour(CHECKS uint colour, uint passes, __global const StepCounters* counters,
-                   __global const StepParams* params, __global const uint* slotFirst, __global const SlotHeader* slots,
-                   __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
-                   __global float* tangent2, __global float* torsion) {
+KERNEL_OF(SOLVE_GROUP)
+solveColour(CHECKS uint colour, uint passes, __global const StepCounters* counters, __global const StepParams* params,
+            __global const uint* slotFirst, __global const SlotHeader* slots, __global const SolverMass* masses,
+            __global SolverBody* bodies, __global float* rows, __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
   const uint first = slotFirst[colour], flags = params->flags;
   FOR_EACH(i, slotFirst[colour + 1] - first) {

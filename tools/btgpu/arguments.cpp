@@ -9,6 +9,7 @@
 
 #include "bullet_file.h"
 #include "compat/engine_loader.h"
+#include "compat/solver_choice.h"
 
 namespace btgpu::tool {
 
@@ -39,6 +40,12 @@ void checkDevice(const std::string& wish) {
   EngineSettings settings;
   settings.device = wish;
   if (!createEngine(settings, error)) throw InputError(fmt::format("--device: {}", error));
+}
+
+void addSolverOption(CLI::App& command, btGpuSolver& solver) {
+  command.add_option("--solver", solver, "how the device solves contacts and joints")
+      ->transform(CLI::CheckedTransformer(solverNames()))
+      ->default_str(nameOf(solver));
 }
 
 void writeFile(const std::string& path, const std::string& text) {

@@ -33,6 +33,7 @@ std::optional<double> median(const std::vector<double>& values) {
 btGpuSettings gpuSettings(const BenchOptions& options, bool profile) {
   btGpuSettings settings;
   settings.m_device = options.device;
+  settings.m_solver = options.solver;
   settings.m_hostQueries = options.hostQueries;
   settings.m_contacts = options.contacts;
   settings.m_profile = profile;

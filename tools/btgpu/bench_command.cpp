@@ -215,6 +215,7 @@ Command addBenchCommand(CLI::App& tool) {
   bench->add_option("--stages", a->stages, "time the device's stages too, in a run of their own")
       ->check(onOff)
       ->capture_default_str();
+  addSolverOption(*bench, a->options.solver);
   bench->add_option("--device", a->options.device, "OpenCL device: index, gpu, cpu or part of its name");
   bench->add_option("--csv", a->csv, "write a line a run and world to this file")->check(kNotEmpty);
   bench->add_option("--json", a->json, "write the results to this file")->check(kNotEmpty);

@@ -10,6 +10,7 @@
 
 #include "bench.h"
 #include "btgpu_version.h"
+#include "compat/solver_choice.h"
 
 namespace btgpu::tool {
 namespace {
@@ -127,11 +128,17 @@ nlohmann::json runJson(const BenchResult& result) {
   nlohmann::json rows = nlohmann::json::array();
   for (const BenchRow& r : result.rows) rows.push_back(rowJson(result, r));
   const BenchOptions& o = result.options;
-  return {{"scene", result.scene},  {"size", result.size},
-          {"steps", o.steps},       {"measured", o.steps - o.steps / 2},
-          {"timeStep", o.timeStep}, {"sleeping", o.sleeping},
-          {"contacts", o.contacts}, {"hostQueries", o.hostQueries},
-          {"rows", rows},           {"leftOut", result.leftOut},
+  return {{"scene", result.scene},
+          {"size", result.size},
+          {"steps", o.steps},
+          {"measured", o.steps - o.steps / 2},
+          {"timeStep", o.timeStep},
+          {"solver", nameOf(o.solver)},
+          {"sleeping", o.sleeping},
+          {"contacts", o.contacts},
+          {"hostQueries", o.hostQueries},
+          {"rows", rows},
+          {"leftOut", result.leftOut},
           {"error", result.error}};
 }
 
@@ -140,10 +147,10 @@ nlohmann::json runJson(const BenchResult& result) {
 std::string toText(const BenchResult& result) {
   const BenchOptions& o = result.options;
   if (result.rows.empty()) return fmt::format("{} {}: not measured\n", result.scene, result.size);
-  std::string text =
-      fmt::format("{}: {} bodies, {} steps, figures of the last {}; sleeping {}, contacts {}, host queries {}\n",
-                  result.scene, result.rows.front().bodies, o.steps, o.steps - o.steps / 2, onOff(o.sleeping),
-                  onOff(o.contacts), onOff(o.hostQueries));
+  std::string text = fmt::format(
+      "{}: {} bodies, {} steps, figures of the last {}; solver {}, sleeping {}, contacts {}, host queries {}\n",
+      result.scene, result.rows.front().bodies, o.steps, o.steps - o.steps / 2, nameOf(o.solver), onOff(o.sleeping),
+      onOff(o.contacts), onOff(o.hostQueries));
   text += fmt::format("  {:<8} {:>8} {:>12} {:>12} {:>10} {:>10} {:>10}  {}\n", "world", "bodies", "ms median",
                       "ms p95", "x cpu", "manifolds", "contacts", "device");
   const auto count = [](const std::optional<long>& v) { return v ? std::to_string(*v) : std::string("-"); };

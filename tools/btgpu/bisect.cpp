@@ -9,6 +9,7 @@ namespace btgpu::tool {
 BisectResult bisect(const std::string& name, const Builder& build, const CompareOptions& options) {
   btGpuSettings settings;
   settings.m_device = options.device;
+  settings.m_solver = options.solver;
   settings.m_hostStages = options.hostStages;
   settings.m_checkStages = true;
   TestWorld<btGpuDynamicsWorld> gpu(build, settings);

@@ -92,6 +92,7 @@ CompareResult compare(const std::string& name, const Builder& build, const scene
   const int steps = options.steps;
   btGpuSettings settings;
   settings.m_device = options.device;
+  settings.m_solver = options.solver;
   settings.m_hostStages = options.hostStages;
   settings.m_profile = options.profile;
   settings.m_smallWorld = 0;

@@ -39,6 +39,7 @@ struct CompareOptions {
   double timeStep = 1.0 / 60.0;
   int steps = 300;
   std::string device;                 // as btGpuSettings::m_device
+  btGpuSolver solver = btGpuSolver::Parity;
   std::string hostStages;             // as btGpuSettings::m_hostStages
   bool profile = false;               // time the stages; slows btgpu's steps
   bool report = false;                // gather ReportData

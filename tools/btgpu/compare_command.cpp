@@ -21,6 +21,7 @@ namespace {
 
 struct CompareArguments {
   std::string scene, size, device, hostStages, json, report, stageHashes;
+  btGpuSolver solver = btGpuSolver::Parity;
   int steps = 0;
   bool hash = false, profile = false, bisect = false;
 };
@@ -73,6 +74,7 @@ int runComparison(const CompareArguments& arguments, const std::string& name, co
   options.timeStep = timeStep;
   options.steps = arguments.steps > 0 ? arguments.steps : defaultSteps;
   options.device = arguments.device;
+  options.solver = arguments.solver;
   options.hostStages = arguments.hostStages;
   options.profile = arguments.profile;
   options.report = !arguments.report.empty();
@@ -121,6 +123,7 @@ Command addCompareCommand(CLI::App& tool) {
   comparison->add_option("--size", arguments->size, "size of a built-in scene, as X,Y,Z")->check(kNotEmpty);
   comparison->add_option("--steps", arguments->steps, "steps to run")->check(CLI::Range(1, 10'000'000));
   comparison->add_option("--device", arguments->device, "OpenCL device: index, gpu, cpu or part of its name");
+  addSolverOption(*comparison, arguments->solver);
   comparison->add_option("--json", arguments->json, "write the result to this file")->check(kNotEmpty);
   comparison->add_option("--report", arguments->report, "write a page with plots and pictures to this HTML file")
       ->check(kNotEmpty);

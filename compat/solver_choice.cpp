@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "solver_choice.h"
+
+#include <cstdio>
+#include <mutex>
+
+#include "environment.h"
+
+namespace btgpu {
+namespace {
+
+Solver engineSolver(btGpuSolver solver) {
+  switch (solver) {
+    case btGpuSolver::Fast:
+      return Solver::Fast;
+    case btGpuSolver::MassSplitting:
+      return Solver::MassSplitting;
+    case btGpuSolver::TwoLevel:
+      return Solver::TwoLevel;
+    case btGpuSolver::Parity:
+      break;
+  }
+  return Solver::Parity;
+}
+
+}  // namespace
+
+const std::vector<std::pair<std::string, btGpuSolver>>& solverNames() {
+  static const std::vector<std::pair<std::string, btGpuSolver>> names = {{"parity", btGpuSolver::Parity},
+                                                                         {"fast", btGpuSolver::Fast},
+                                                                         {"mass_splitting", btGpuSolver::MassSplitting},
+                                                                         {"two_level", btGpuSolver::TwoLevel}};
+  return names;
+}
+
+const char* nameOf(btGpuSolver solver) {
+  for (const auto& [name, value] : solverNames()) {
+    if (value == solver) return name.c_str();
+  }
+  return "unknown";
+}
+
+Solver solverOf(const btGpuSettings& settings) {
+  if (settings.m_solver) return engineSolver(*settings.m_solver);
+  const char* wanted = environment("BTGPU_SOLVER");
+  if (!wanted) return Solver::Parity;
+  for (const auto& [name, value] : solverNames()) {
+    if (name == wanted) return engineSolver(value);
+  }
+  static std::once_flag said;
+  std::call_once(said, [wanted] {
+    std::fprintf(stderr, "btgpu: BTGPU_SOLVER=%s is no solver; parity, fast, mass_splitting, two_level are\n", wanted);
+  });
+  return Solver::Parity;
+}
+
+}  // namespace btgpu

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "../gpu_engine/step_settings.h"
+#include "btGpuDynamicsWorld.h"
+
+namespace btgpu {
+
+// "parity", "fast", ..., as in BTGPU_SOLVER and the tool's --solver.
+const std::vector<std::pair<std::string, btGpuSolver>>& solverNames();
+const char* nameOf(btGpuSolver solver);
+
+// As the settings say, else the environment.
+Solver solverOf(const btGpuSettings& settings);
+
+}  // namespace btgpu
