@@ -402,6 +402,8 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     state->engineError.clear();
     state->forgetWorld();
   }
+  // Where there is no device, the world need not be read to know it.
+  if (missing.empty() && !state->engineError.empty()) missing.add("device", state->engineError);
   if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
   if (missing.empty() && (state->reader.hostBodiesChanged() || !state->reader.hostShares().empty())) catchUpContacts();

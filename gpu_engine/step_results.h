@@ -89,7 +89,6 @@ struct StepResults {
   // between two bodies that were not active (CONTACT_CARRIED in its key), is as it was last sent and not sent again.
   std::vector<ulong> contactKeys;       // pairKeyOf(its bodies), ascending
   ManifoldView contacts;                // those not carried, in the same order; impulses of this step
-  std::vector<uint> contactIndices;     // memory behind `contacts`
   std::vector<Manifold> hostManifolds;  // as WorldInput::hostManifolds, with the impulses of this step
 
   // As WorldInput::joints and ::jointRows.

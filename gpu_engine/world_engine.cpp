@@ -330,11 +330,12 @@ void WorldEngine::readContacts(StepResults& results) {
     {
       const StageZones zones(m_queue);
       m_queue.enterStep(m_begun - 1);
-      m_pipeline.enqueueContactReads(m_queue, *m_world, settings, results);
+      m_pipeline.enqueueContactReads(m_queue, *m_world, settings, results.counters);
       m_queue.leaveStep();
     }
     const Zone zone("waitForContacts");
     m_queue.finish();
+    m_pipeline.showContacts(results);
   }
   const size_t all = settings.keepContacts ? pairs + hosts : 0;
   results.matchedManifolds.resize(all);

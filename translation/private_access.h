@@ -42,6 +42,12 @@ BTGPU_EXPOSE(ConvexPlaneOwns, btConvexPlaneCollisionAlgorithm, bool, m_ownManifo
 BTGPU_EXPOSE(ConvexConvexManifold, btConvexConvexAlgorithm, btPersistentManifold*, m_manifoldPtr)
 BTGPU_EXPOSE(ConvexConvexOwns, btConvexConvexAlgorithm, bool, m_ownManifold)
 
+// The hash table of the pair cache.
+using PairHash = unsigned(unsigned, unsigned);
+BTGPU_EXPOSE(PairHashFunction, btHashedOverlappingPairCache, PairHash, getHash)
+BTGPU_EXPOSE(PairHashTable, btHashedOverlappingPairCache, btAlignedObjectArray<int>, m_hashTable)
+BTGPU_EXPOSE(PairNext, btHashedOverlappingPairCache, btAlignedObjectArray<int>, m_next)
+
 #undef BTGPU_EXPOSE
 
 BTGPU_TRANSLATION_END

@@ -99,12 +99,11 @@ void MotionStateWriter::write(btDiscreteDynamicsWorld& world, const BodyArray& b
   }
 }
 
-AabbUpdater::Bounds AabbUpdater::boundsOf(const btCollisionWorld& world, btCollisionObject& object) {
-  Bounds b{btVector3(0, 0, 0), btVector3(0, 0, 0), Bounds::Skip};
-  if (!world.getForceUpdateAllAabbs() && !object.isActive()) return b;
-  b.what = Bounds::AskStock;
+AabbUpdater::How AabbUpdater::boundsOf(const btCollisionWorld& world, btCollisionObject& object, Bounds& b) {
+  b.proxy = nullptr;
+  if (!world.getForceUpdateAllAabbs() && !object.isActive()) return How::Skip;
   const btCollisionShape& shape = *object.getCollisionShape();
-  if (!isBulletsOwn(shape)) return b;
+  if (!isBulletsOwn(shape)) return How::AskStock;
   const btVector3 threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold);
   shape.getAabb(object.getWorldTransform(), b.lower, b.upper);
   b.lower -= threshold;
@@ -117,25 +116,29 @@ AabbUpdater::Bounds AabbUpdater::boundsOf(const btCollisionWorld& world, btColli
     b.upper.setMax(upper + threshold);
   }
   // What is too large stock takes out of the world, and says so.
-  if (object.isStaticObject() || (b.upper - b.lower).length2() < btScalar(1e12)) b.what = Bounds::Set;
-  return b;
+  if (!object.isStaticObject() && !((b.upper - b.lower).length2() < btScalar(1e12))) return How::AskStock;
+  b.proxy = object.getBroadphaseHandle();
+  return How::Set;
 }
 
-void AabbUpdater::update(btCollisionWorld& world) {
+void AabbUpdater::update(btDiscreteDynamicsWorld& world) {
   const Zone zone("updateAabbs");
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   const auto count = static_cast<std::size_t>(objects.size());
   m_bounds.resize(count);
+  m_hows.resize(count);
   parallelFor(count, kGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) m_bounds[i] = boundsOf(world, *objects[static_cast<int>(i)]);
+    for (std::size_t i = first; i < last; ++i) {
+      m_hows[i] = boundsOf(world, *objects[static_cast<int>(i)], m_bounds[i]);
+    }
   });
+  btDbvtBroadphase* dbvt = DbvtUpdater::updatable(world);
+  if (dbvt) m_dbvt.update(*dbvt, m_bounds, world.getDispatcher());
   for (std::size_t i = 0; i < count; ++i) {
-    btCollisionObject* object = objects[static_cast<int>(i)];
-    const Bounds& b = m_bounds[i];
-    if (b.what == Bounds::Set) {
-      world.getBroadphase()->setAabb(object->getBroadphaseHandle(), b.lower, b.upper, world.getDispatcher());
-    } else if (b.what == Bounds::AskStock) {
-      world.updateSingleAabb(object);
+    if (m_hows[i] == How::AskStock) {
+      world.updateSingleAabb(objects[static_cast<int>(i)]);
+    } else if (m_hows[i] == How::Set && !dbvt) {
+      world.getBroadphase()->setAabb(m_bounds[i].proxy, m_bounds[i].lower, m_bounds[i].upper, world.getDispatcher());
     }
   }
 }

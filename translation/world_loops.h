@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bullet.h"
+#include "dbvt_updater.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -35,18 +36,19 @@ class MotionStateWriter {
   std::vector<unsigned char> m_anyOthers;  // by chunk
 };
 
-// btCollisionWorld::updateAabbs. The AABBs are computed on several threads; the broadphase takes them one by one.
+// btCollisionWorld::updateAabbs. The AABBs are computed on several threads; Bullet's own broadphase takes them all at
+// once (DbvtUpdater), others one by one.
 class AabbUpdater {
  public:
-  void update(btCollisionWorld& world);
+  void update(btDiscreteDynamicsWorld& world);
 
  private:
-  struct Bounds {
-    btVector3 lower, upper;
-    enum { Skip, Set, AskStock } what;
-  };
-  static Bounds boundsOf(const btCollisionWorld& world, btCollisionObject& object);
-  std::vector<Bounds> m_bounds;
+  enum class How : unsigned char { Skip, Set, AskStock };
+  using Bounds = DbvtUpdater::Bounds;
+  static How boundsOf(const btCollisionWorld& world, btCollisionObject& object, Bounds& bounds);
+  std::vector<Bounds> m_bounds;  // by object; the proxy is null where stock is asked
+  std::vector<How> m_hows;
+  DbvtUpdater m_dbvt;
 };
 
 BTGPU_TRANSLATION_END

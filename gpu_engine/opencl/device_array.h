@@ -26,10 +26,6 @@ inline unsigned long newGeneration() {
 // Behind every array of a debug build lie at least so many bytes that nobody may write.
 constexpr size_t kGuardBytes = 256;
 
-// Where an array lies. HostVisible: the host can map it, which moves nothing where host and device share their memory,
-// and goes through pinned memory elsewhere.
-enum class Placement { Device, HostVisible };
-
 // A typed array on the device, as the paper has it: resizable like std::vector, with copies from and to the
 // host that wait only if asked. Growth is geometric. The host memory of a copy without wait must stay as it
 // is until the queue is finished.
@@ -39,8 +35,7 @@ class DeviceArray {
 
  public:
   DeviceArray() = default;
-  explicit DeviceArray(std::string name, Placement placement = Placement::Device)
-      : m_name(std::move(name)), m_placement(placement) {}
+  explicit DeviceArray(std::string name) : m_name(std::move(name)) {}
 
   size_t size() const { return m_size; }
   size_t capacity() const { return m_capacity; }
@@ -103,7 +98,6 @@ class DeviceArray {
 
   // Memory and contents change hands; names stay.
   friend void swap(DeviceArray& a, DeviceArray& b) {
-    std::swap(a.m_placement, b.m_placement);
     std::swap(a.m_buffer, b.m_buffer);
     std::swap(a.m_generation, b.m_generation);
     std::swap(a.m_size, b.m_size);
@@ -118,13 +112,11 @@ class DeviceArray {
       throw OpenClError(OpenClError::Kind::OutOfMemory, "more than the device's memory for " + what());
     }
     try {
-      const cl_mem_flags where = m_placement == Placement::HostVisible ? CL_MEM_ALLOC_HOST_PTR : 0;
-      return cl::Buffer(device.context(), CL_MEM_READ_WRITE | where, count * sizeof(T));
+      return cl::Buffer(device.context(), CL_MEM_READ_WRITE, count * sizeof(T));
     } catch (const cl::Error& e) { throw makeOpenClError(e.err(), e.what(), what()); }
   }
 
   std::string m_name;
-  Placement m_placement = Placement::Device;
   cl::Buffer m_buffer;
   unsigned long m_generation = 0;
   size_t m_size = 0, m_capacity = 0;

@@ -10,7 +10,8 @@ constexpr const char* kFile = "stages/95_gather_contacts.cl";
 }  // namespace
 
 GatherContacts::GatherContacts(ComputeDevice& device)
-    : m_mark(device, kFile, "markContacts"),
+    : m_inPlace(device.shape() == KernelShape::Cpu),
+      m_mark(device, kFile, "markContacts"),
       m_count(device, kFile, "countContacts"),
       m_gatherKeys(device, kFile, "gatherContactKeys"),
       m_gather(device, kFile, "gatherContacts"),
@@ -29,29 +30,36 @@ void GatherContacts::enqueue(Queue& queue, DeviceWorld& world, bool all) {
   m_count.launch(queue, {1, 1}, m_touchingCount, m_freshCount, world.counters);
 }
 
-void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, StepResults& results, bool all) {
-  const size_t touching = results.counters.touchingCount, fresh = results.counters.freshCount;
-  results.contactKeys.resize(touching);
-  results.contacts = {};
+void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, const StepCounters& counters, bool all) {
+  const size_t touching = counters.touchingCount, fresh = counters.freshCount;
+  m_hostKeys.resize(queue, touching);
+  m_hostIndices.resize(queue, m_inPlace ? fresh : 0);
+  m_hostContacts.resize(queue, m_inPlace ? 0 : fresh);
   if (touching == 0) return;
   queue.enterStage("95_send_contacts");
   m_keys.resize(queue, touching);
   m_gatherKeys.launch(queue, queue.device().grid(touching), static_cast<uint>(touching), all ? 1u : 0u, world.touching,
                       world.keys, world.manifolds, m_keys);
-  queue.read(m_keys.buffer(), 0, touching * sizeof(ulong), results.contactKeys.data(), false);
+  m_hostKeys.readFrom(queue, m_keys.buffer());
   if (fresh == 0) return;
-  if (queue.device().shape() == KernelShape::Cpu) {
-    results.contactIndices.resize(fresh);
-    queue.read(world.fresh.buffer(), 0, fresh * sizeof(uint), results.contactIndices.data(), false);
-    m_view.map(queue, world.manifolds, results.counters.pairCount);
-    results.contacts = {m_view.data(), fresh, results.contactIndices.data()};
+  if (m_inPlace) {
+    m_hostIndices.readFrom(queue, world.fresh.buffer());
+    m_view.map(queue, world.manifolds, counters.pairCount);
     return;
   }
   m_contacts.resize(queue, fresh);
   m_gather.launch(queue, queue.device().grid(fresh), static_cast<uint>(fresh), world.fresh, world.manifolds,
                   m_contacts);
-  m_view.map(queue, m_contacts, fresh);
-  results.contacts = {m_view.data(), fresh};
+  m_hostContacts.readFrom(queue, m_contacts.buffer());
+}
+
+void GatherContacts::show(StepResults& results) {
+  m_hostKeys.copyTo(results.contactKeys);
+  if (m_inPlace) {
+    results.contacts = {m_view.data(), m_hostIndices.size(), m_hostIndices.data()};
+  } else {
+    results.contacts = {m_hostContacts.data(), m_hostContacts.size()};
+  }
 }
 
 }  // namespace btgpu

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "dbvt_updater.h"
+
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+
+#include <algorithm>
+
+#include "../gpu_engine/zone.h"
+#include "exact_type.h"
+#include "parallel.h"
+#include "private_access.h"
+#include "support_check.h"
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+constexpr std::size_t kGrain = 512;     // bodies
+constexpr std::size_t kSubtrees = 256;  // that are fitted side by side
+constexpr std::size_t kFewMoved = 32;   // less than this share of the tree moved: each leaf is put in place by itself
+
+btDbvtProxy* dbvtProxy(btBroadphaseProxy* proxy) { return static_cast<btDbvtProxy*>(proxy); }
+
+// Bullet's lists of proxies by stage.
+void unlink(btDbvtProxy* proxy, btDbvtProxy*& list) {
+  if (proxy->links[0]) {
+    proxy->links[0]->links[1] = proxy->links[1];
+  } else {
+    list = proxy->links[1];
+  }
+  if (proxy->links[1]) proxy->links[1]->links[0] = proxy->links[0];
+}
+void link(btDbvtProxy* proxy, btDbvtProxy*& list) {
+  proxy->links[0] = nullptr;
+  proxy->links[1] = list;
+  if (list) list->links[0] = proxy;
+  list = proxy;
+}
+
+// What the leaf gets that has moved out of its old volume, as btDbvtBroadphase::setAabb and btDbvt::update have it.
+btDbvtAabbMm withMargin(const btDbvtBroadphase& broadphase, const btDbvtProxy& proxy,
+                        const DbvtUpdater::Bounds& bounds) {
+  btDbvtAabbMm volume = btDbvtAabbMm::FromMM(bounds.lower, bounds.upper);
+  const btVector3 moved = bounds.lower - proxy.m_aabbMin;
+  btVector3 ahead = (proxy.m_aabbMax - proxy.m_aabbMin) / 2 * broadphase.m_prediction;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (moved[axis] < 0) ahead[axis] = -ahead[axis];
+  }
+  volume.Expand(btVector3(gDbvtMargin, gDbvtMargin, gDbvtMargin));
+  volume.SignedExpand(ahead);
+  return volume;
+}
+
+void fit(btDbvtNode& node) { Merge(node.childs[0]->volume, node.childs[1]->volume, node.volume); }
+
+// All inner nodes below and including `root`, children first. Without a stack: a tree may be as deep as it has leaves.
+void fitBelow(btDbvtNode* root) {
+  const auto firstLeaf = [](btDbvtNode* node) {
+    while (node->isinternal()) node = node->childs[0];
+    return node;
+  };
+  for (btDbvtNode* node = firstLeaf(root); node != root;) {
+    btDbvtNode* parent = node->parent;
+    if (node == parent->childs[0]) {
+      node = firstLeaf(parent->childs[1]);
+    } else {
+      fit(*parent);
+      node = parent;
+    }
+  }
+}
+
+// btHashedOverlappingPairCache::findPair from many threads at once; Bullet's own counts its calls.
+class PairTable {
+ public:
+  explicit PairTable(btHashedOverlappingPairCache& cache)
+      : m_cache(cache),
+        m_pairs(cache.getOverlappingPairArray()),
+        m_first(cache.*memberPointer(PairHashTable())),
+        m_next(cache.*memberPointer(PairNext())) {}
+
+  bool has(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const {
+    const auto low = static_cast<unsigned>(std::min(a.m_uniqueId, b.m_uniqueId));
+    const auto high = static_cast<unsigned>(std::max(a.m_uniqueId, b.m_uniqueId));
+    const auto hash = static_cast<int>((m_cache.*memberPointer(PairHashFunction()))(low, high) &
+                                       static_cast<unsigned>(m_pairs.capacity() - 1));
+    if (hash >= m_first.size()) return false;
+    for (int i = m_first[hash]; i != BT_NULL_PAIR; i = m_next[i]) {
+      const btBroadphasePair& pair = m_pairs[i];
+      if (static_cast<unsigned>(pair.m_pProxy0->m_uniqueId) == low &&
+          static_cast<unsigned>(pair.m_pProxy1->m_uniqueId) == high) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  btHashedOverlappingPairCache& m_cache;
+  const btBroadphasePairArray& m_pairs;
+  const btAlignedObjectArray<int>&m_first, &m_next;
+};
+
+}  // namespace
+
+btDbvtBroadphase* DbvtUpdater::updatable(btDiscreteDynamicsWorld& world) {
+  btBroadphaseInterface& broadphase = *world.getBroadphase();
+  if (!isExactly<btDbvtBroadphase>(broadphase) || hasPairCallback(world)) return nullptr;
+  auto& dbvt = static_cast<btDbvtBroadphase&>(broadphase);
+  return !dbvt.m_deferedcollide && isExactly<btHashedOverlappingPairCache>(*dbvt.m_paircache) ? &dbvt : nullptr;
+}
+
+void DbvtUpdater::update(btDbvtBroadphase& broadphase, const std::vector<Bounds>& bounds, btDispatcher* dispatcher) {
+  ++m_updates;
+  classify(broadphase, bounds);
+  markUpdated(broadphase, bounds);
+  placeLeaves(broadphase);
+  findPairs(broadphase);
+  // Out of the tree of what stands still, which is rare: a call each.
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    if (m_changes[i] != Change::Fixed) continue;
+    broadphase.setAabb(bounds[i].proxy, bounds[i].lower, bounds[i].upper, dispatcher);
+  }
+}
+
+void DbvtUpdater::classify(btDbvtBroadphase& broadphase, const std::vector<Bounds>& bounds) {
+  m_changes.resize(bounds.size());
+  m_volumes.resize(bounds.size());
+  parallelFor(bounds.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      m_changes[i] = Change::None;
+      if (!bounds[i].proxy) continue;
+      const btDbvtProxy& proxy = *dbvtProxy(bounds[i].proxy);
+      const btDbvtAabbMm &old = proxy.leaf->volume, now = btDbvtAabbMm::FromMM(bounds[i].lower, bounds[i].upper);
+      m_volumes[i] = now;
+      if (!NotEqual(now, old)) continue;
+      if (proxy.stage == btDbvtBroadphase::STAGECOUNT) {
+        m_changes[i] = Change::Fixed;
+      } else if (old.Contain(now)) {
+        m_changes[i] = Change::Inside;
+      } else if (Intersect(old, now)) {
+        m_changes[i] = Change::Moved;
+        m_volumes[i] = withMargin(broadphase, proxy, bounds[i]);
+      } else {
+        m_changes[i] = Change::Teleported;
+      }
+    }
+  });
+}
+
+// New AABBs, and the stage: Bullet puts into the tree of what stands still what has not been updated for two steps.
+void DbvtUpdater::markUpdated(btDbvtBroadphase& broadphase, const std::vector<Bounds>& bounds) {
+  const int stage = broadphase.m_stageCurrent;
+  m_moved.clear();
+  int updated = 0;
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    const Change change = m_changes[i];
+    updated += change == Change::Inside || change == Change::Moved || change == Change::Teleported;
+    if (change == Change::Moved || change == Change::Teleported) m_moved.push_back(static_cast<std::uint32_t>(i));
+  }
+  // All of them, which are all of the other stage: its list as a whole becomes that of this stage.
+  btDbvtProxy *&current = broadphase.m_stageRoots[stage], *&other = broadphase.m_stageRoots[1 - stage];
+  const bool all = !current && updated == broadphase.m_sets[btDbvtBroadphase::DYNAMIC_SET].m_leaves;
+  if (all) std::swap(current, other);
+  parallelFor(bounds.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      if (m_changes[i] == Change::None || m_changes[i] == Change::Fixed) continue;
+      btDbvtProxy& proxy = *dbvtProxy(bounds[i].proxy);
+      proxy.m_aabbMin = bounds[i].lower;
+      proxy.m_aabbMax = bounds[i].upper;
+      if (all) proxy.stage = stage;
+    }
+  });
+  for (std::size_t i = 0; i < bounds.size() && !all; ++i) {
+    if (m_changes[i] == Change::None || m_changes[i] == Change::Fixed) continue;
+    btDbvtProxy* proxy = dbvtProxy(bounds[i].proxy);
+    if (proxy->stage == stage) continue;
+    unlink(proxy, other);
+    proxy->stage = stage;
+    link(proxy, current);
+  }
+  broadphase.m_updates_call += static_cast<unsigned>(updated);
+  broadphase.m_updates_done += static_cast<unsigned>(m_moved.size());
+  m_movedProxies.clear();
+  for (const std::uint32_t i : m_moved) m_movedProxies.push_back(dbvtProxy(bounds[i].proxy));
+}
+
+void DbvtUpdater::placeLeaves(btDbvtBroadphase& broadphase) {
+  const Zone zone("placeLeaves");
+  btDbvt& tree = broadphase.m_sets[btDbvtBroadphase::DYNAMIC_SET];
+  const bool few = m_moved.size() * kFewMoved < static_cast<std::size_t>(tree.m_leaves);
+  if (!few) {
+    parallelFor(m_moved.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t k = first; k < last; ++k) m_movedProxies[k]->leaf->volume = m_volumes[m_moved[k]];
+    });
+    refit(tree);
+  }
+  for (std::size_t k = 0; k < m_moved.size(); ++k) {
+    const bool due = m_changes[m_moved[k]] == Change::Teleported || (m_moved[k] + m_updates) % kPlaceEvery == 0;
+    if (few || due) tree.update(m_movedProxies[k]->leaf, m_volumes[m_moved[k]]);
+  }
+}
+
+void DbvtUpdater::refit(btDbvt& tree) {
+  if (!tree.m_root || tree.m_root->isleaf()) return;
+  m_tops.clear();
+  m_subtrees.assign(1, tree.m_root);
+  // Level by level, until there is enough to share out.
+  while (!m_subtrees.empty() && m_subtrees.size() < kSubtrees) {
+    std::vector<btDbvtNode*> below;
+    for (btDbvtNode* node : m_subtrees) {
+      m_tops.push_back(node);
+      for (btDbvtNode* child : node->childs) {
+        if (child->isinternal()) below.push_back(child);
+      }
+    }
+    m_subtrees = std::move(below);
+  }
+  parallelFor(m_subtrees.size(), 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) fitBelow(m_subtrees[i]);
+  });
+  for (auto it = m_tops.rbegin(); it != m_tops.rend(); ++it) fit(**it);
+}
+
+void DbvtUpdater::findPairs(btDbvtBroadphase& broadphase) {
+  const Zone zone("findNewPairs");
+  if (m_moved.empty()) return;
+  constexpr std::size_t kChunk = 128;
+  auto& cache = static_cast<btHashedOverlappingPairCache&>(*broadphase.m_paircache);
+  const PairTable known(cache);
+  m_found.resize(chunkCount(m_moved.size(), kChunk));
+  parallelChunks(m_moved.size(), kChunk, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    Found& found = m_found[chunk];
+    found.missing.clear();
+    found.overlaps = 0;
+    btNodeStack stack;
+    for (std::size_t k = first; k < last; ++k) {
+      btDbvtProxy* proxy = m_movedProxies[k];
+      struct Collector : btDbvt::ICollide {
+        void Process(const btDbvtNode* node) override {
+          auto* other = static_cast<btDbvtProxy*>(node->data);
+          if (other == proxy) return;
+          ++found->overlaps;
+          if (!known->has(*proxy, *other)) found->missing.emplace_back(proxy, other);
+        }
+        btDbvtProxy* proxy;
+        const PairTable* known;
+        Found* found;
+      } collector;
+      collector.proxy = proxy;
+      collector.known = &known;
+      collector.found = &found;
+      for (const int set : {btDbvtBroadphase::FIXED_SET, btDbvtBroadphase::DYNAMIC_SET}) {
+        const btDbvt& tree = broadphase.m_sets[set];
+        tree.collideTVNoStackAlloc(tree.m_root, proxy->leaf->volume, stack, collector);
+      }
+    }
+  });
+  broadphase.m_needcleanup = true;
+  for (const Found& found : m_found) {
+    broadphase.m_newpairs += found.overlaps;
+    for (auto [a, b] : found.missing) {
+      if (a->m_uniqueId > b->m_uniqueId) std::swap(a, b);
+      cache.addOverlappingPair(a, b);
+    }
+  }
+}
+
+BTGPU_TRANSLATION_END
