@@ -47,12 +47,13 @@ class Pipeline {
   void enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits);
   // Before a step that is launched on top of one whose outcome the host does not know yet, in place of new counters.
   void enqueueFollow(Queue& queue, DeviceWorld& world) { m_followSubstep.enqueue(queue, world); }  // 05
-  // After a step that succeeded: brings the contacts that its counters tell of.
-  void enqueueContactReads(Queue& queue, DeviceWorld& world, const StepSettings& settings,
-                           const StepCounters& counters) {
-    m_gatherContacts.enqueueReads(queue, world, counters, settings.allContacts);
+  // After a step: brings the contacts, and once the queue is finished, shows them.
+  void enqueueContactReads(Queue& queue, DeviceWorld& world, const StepSettings& settings) {
+    m_gatherContacts.enqueueReads(queue, world, settings.allContacts);
   }
-  void showContacts(StepResults& results) { m_gatherContacts.show(results); }  // once the queue is finished
+  void finishContactReads(Queue& queue, DeviceWorld& world, const StepSettings& settings, StepResults& results) {
+    m_gatherContacts.finishReads(queue, world, settings.allContacts, results);
+  }
   // Before the next step: what the reads brought is gone then.
   void endContactReads(Queue& queue) { m_gatherContacts.endReads(queue); }
 

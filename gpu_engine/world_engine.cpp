@@ -99,9 +99,9 @@ void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
 }
 
 void WorldEngine::start(const WorldInput& input, const StepSettings& settings) {
-  m_pipeline.endContactReads(m_queue);
   m_prefetched = adoptAhead(input, settings);
   if (!m_prefetched) {
+    m_pipeline.endContactReads(m_queue);
     throwAheadAway();
     Flight& flight = m_flights[m_current];
     flight.settings = settings;
@@ -215,10 +215,9 @@ void WorldEngine::enqueue(Flight& flight, bool ahead) {
     if (m_device->debugKernels() && w.bodyCount > 0) w.spoilStepArrays(m_queue);
     if (w.bodyCount > 0) m_pipeline.enqueueStep(m_queue, w, flight.settings, m_traits);
   }
-  m_queue.leaveStep();
   m_queue.flush();
-  const Zone readZone("enqueueReads");
   enqueueReads(flight);
+  m_queue.leaveStep();
   m_queue.flush();
   flight.launches = m_queue.launches() - launchesBefore;
 }
@@ -233,7 +232,12 @@ void WorldEngine::makeRoomFor(Flight& flight) {
   flight.counters.resize(m_queue, 1);
 }
 
+bool WorldEngine::sendsContacts(const Flight& flight) const {
+  return flight.settings.sendsContacts() && m_world->bodyCount > 0;
+}
+
 void WorldEngine::enqueueReads(Flight& flight) {
+  const Zone zone("enqueueReads");
   const DeviceWorld& w = *m_world;
   flight.poses.readFrom(m_queue, w.poses.buffer());
   flight.velocities.readFrom(m_queue, w.velocities.buffer());
@@ -241,6 +245,9 @@ void WorldEngine::enqueueReads(Flight& flight) {
   flight.jointSolved.readFrom(m_queue, w.jointSolved.buffer());
   flight.jointImpulses.readFrom(m_queue, w.jointImpulses.buffer());
   flight.counters.readFrom(m_queue, w.counters.buffer(), &flight.done);
+  if (!sendsContacts(flight)) return;
+  const StageZones zones(m_queue);
+  m_pipeline.enqueueContactReads(m_queue, *m_world, flight.settings);
 }
 
 void WorldEngine::await(const Flight& flight) {
@@ -293,6 +300,7 @@ void WorldEngine::conclude(StepResults& results) {
   while (flight.counters[0].overflow != 0) {
     const Zone zone("repeat");
     takeBackAhead();
+    m_pipeline.endContactReads(m_queue);
     growAfterOverflow(flight.counters[0]);
     ++results.redos;
     enqueue(flight, false);
@@ -326,16 +334,11 @@ void WorldEngine::readContacts(StepResults& results) {
                results.hostManifolds.data(), true);
   results.contactKeys.clear();
   results.contacts = {};
-  if (settings.sendsContacts() && m_world->bodyCount > 0) {
-    {
-      const StageZones zones(m_queue);
-      m_queue.enterStep(m_begun - 1);
-      m_pipeline.enqueueContactReads(m_queue, *m_world, settings, results.counters);
-      m_queue.leaveStep();
-    }
-    const Zone zone("waitForContacts");
-    m_queue.finish();
-    m_pipeline.showContacts(results);
+  if (sendsContacts(m_flights[m_current])) {
+    const StageZones zones(m_queue);
+    m_queue.enterStep(m_begun - 1);
+    m_pipeline.finishContactReads(m_queue, *m_world, settings, results);
+    m_queue.leaveStep();
   }
   const size_t all = settings.keepContacts ? pairs + hosts : 0;
   results.matchedManifolds.resize(all);

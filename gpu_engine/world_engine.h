@@ -65,6 +65,7 @@ class WorldEngine {
   void makeRoom(size_t bodyCount);
   void makeRoomFor(Flight& flight);
   void enqueue(Flight& flight, bool ahead);
+  bool sendsContacts(const Flight& flight) const;
   void enqueueReads(Flight& flight);
   bool adoptAhead(const WorldInput& input, const StepSettings& settings);
   void throwAheadAway();

@@ -2,10 +2,15 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "95_gather_contacts.h"
 
+#include <algorithm>
+
 namespace btgpu {
 namespace {
 
 constexpr const char* kFile = "stages/95_gather_contacts.cl";
+
+// Contacts to expect after a step that had so many.
+size_t withSpare(size_t count) { return count + count / 16 + 64; }
 
 }  // namespace
 
@@ -30,36 +35,54 @@ void GatherContacts::enqueue(Queue& queue, DeviceWorld& world, bool all) {
   m_count.launch(queue, {1, 1}, m_touchingCount, m_freshCount, world.counters);
 }
 
-void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, const StepCounters& counters, bool all) {
-  const size_t touching = counters.touchingCount, fresh = counters.freshCount;
-  m_hostKeys.resize(queue, touching);
-  m_hostIndices.resize(queue, m_inPlace ? fresh : 0);
-  m_hostContacts.resize(queue, m_inPlace ? 0 : fresh);
-  if (touching == 0) return;
+void GatherContacts::read(Queue& queue, DeviceWorld& world, bool all) {
+  m_hostKeys.resize(queue, m_touching);
+  m_hostIndices.resize(queue, m_inPlace ? m_fresh : 0);
+  m_hostContacts.resize(queue, m_inPlace ? 0 : m_fresh);
+  if (m_touching == 0) return;
   queue.enterStage("95_send_contacts");
-  m_keys.resize(queue, touching);
-  m_gatherKeys.launch(queue, queue.device().grid(touching), static_cast<uint>(touching), all ? 1u : 0u, world.touching,
-                      world.keys, world.manifolds, m_keys);
+  m_keys.resize(queue, m_touching);
+  m_gatherKeys.launch(queue, queue.device().grid(m_touching), static_cast<uint>(m_touching), all ? 1u : 0u,
+                      world.counters, world.touching, world.keys, world.manifolds, m_keys);
   m_hostKeys.readFrom(queue, m_keys.buffer());
-  if (fresh == 0) return;
+  if (m_fresh == 0) return;
   if (m_inPlace) {
     m_hostIndices.readFrom(queue, world.fresh.buffer());
-    m_view.map(queue, world.manifolds, counters.pairCount);
+    m_view.map(queue, world.manifolds, world.capacities.pairs);
     return;
   }
-  m_contacts.resize(queue, fresh);
-  m_gather.launch(queue, queue.device().grid(fresh), static_cast<uint>(fresh), world.fresh, world.manifolds,
-                  m_contacts);
+  m_contacts.resize(queue, m_fresh);
+  m_gather.launch(queue, queue.device().grid(m_fresh), static_cast<uint>(m_fresh), world.counters, world.fresh,
+                  world.manifolds, m_contacts);
   m_hostContacts.readFrom(queue, m_contacts.buffer());
 }
 
-void GatherContacts::show(StepResults& results) {
-  m_hostKeys.copyTo(results.contactKeys);
-  if (m_inPlace) {
-    results.contacts = {m_view.data(), m_hostIndices.size(), m_hostIndices.data()};
-  } else {
-    results.contacts = {m_hostContacts.data(), m_hostContacts.size()};
+void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, bool all) {
+  m_touching = std::min(m_touching, world.capacities.pairs);
+  m_fresh = std::min(m_fresh, world.capacities.pairs);
+  read(queue, world, all);
+}
+
+void GatherContacts::finishReads(Queue& queue, DeviceWorld& world, bool all, StepResults& results) {
+  const size_t touching = results.counters.touchingCount, fresh = results.counters.freshCount;
+  if (touching > m_touching || fresh > m_fresh) {
+    m_touching = touching;
+    m_fresh = fresh;
+    endReads(queue);
+    read(queue, world, all);
+    const Zone zone("waitForContacts");
+    queue.finish();
   }
+  results.contactKeys.assign(m_hostKeys.data(), m_hostKeys.data() + touching);
+  if (fresh == 0) {
+    results.contacts = {};
+  } else if (m_inPlace) {
+    results.contacts = {m_view.data(), fresh, m_hostIndices.data()};
+  } else {
+    results.contacts = {m_hostContacts.data(), fresh};
+  }
+  m_touching = withSpare(touching);
+  m_fresh = withSpare(fresh);
 }
 
 }  // namespace btgpu

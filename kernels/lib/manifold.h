@@ -13,46 +13,56 @@ BTGPU_BEGIN
 
 #define MAX_FRICTION 10.0f  // Bullet clamps combined friction to this
 
+// Arrays in private memory are only indexed by loops of a fixed length: what is indexed otherwise can't be in registers,
+// and on a GPU goes through memory.
+
 // Reduces the candidates to at most four: the deepest, the one farthest from it, and on either side of the line
 // through these two the one that spans the largest triangle.
 LIB void reduceContacts(REF(RawContacts) raw) {
   if (raw->count <= MANIFOLD_POINTS) return;
   int deepest = 0;
-  for (int i = 1; i < raw->count; ++i) {
-    if (raw->points[i].w < raw->points[deepest].w) deepest = i;
+  float4 p0 = raw->points[0];
+  UNROLL
+  for (int i = 1; i < RAW_POINTS; ++i) {
+    if (i < raw->count && raw->points[i].w < p0.w) {
+      p0 = raw->points[i];
+      deepest = i;
+    }
   }
-  const float4 p0 = raw->points[deepest];
   int farthest = deepest;
+  float4 p1 = p0;
   float farthestSqr = -1.0f;
-  for (int i = 0; i < raw->count; ++i) {
+  UNROLL
+  for (int i = 0; i < RAW_POINTS; ++i) {
     const float distanceSqr = lengthSqr3(raw->points[i] - p0);
-    if (i != deepest && distanceSqr > farthestSqr) {
+    if (i < raw->count && i != deepest && distanceSqr > farthestSqr) {
       farthestSqr = distanceSqr;
       farthest = i;
+      p1 = raw->points[i];
     }
   }
-  const float4 p1 = raw->points[farthest];
   const float4 side = cross3(raw->normal, p1 - p0);
-  int left = -1, right = -1;
+  float4 p2 = p0, p3 = p0;
   float leftArea = 0.0f, rightArea = 0.0f;
-  for (int i = 0; i < raw->count; ++i) {
+  UNROLL
+  for (int i = 0; i < RAW_POINTS; ++i) {
     const float area = dot3(side, raw->points[i] - p0);
-    if (i != deepest && i != farthest && area > leftArea) {
+    if (i >= raw->count || i == deepest || i == farthest) continue;
+    if (area > leftArea) {
       leftArea = area;
-      left = i;
+      p2 = raw->points[i];
     }
-    if (i != deepest && i != farthest && area < rightArea) {
+    if (area < rightArea) {
       rightArea = area;
-      right = i;
+      p3 = raw->points[i];
     }
   }
-  int count = 2;
-  const float4 p2 = left >= 0 ? raw->points[left] : p0, p3 = right >= 0 ? raw->points[right] : p0;
+  const int left = leftArea > 0.0f, right = rightArea < 0.0f;
   raw->points[0] = p0;
   raw->points[1] = p1;
-  if (left >= 0) raw->points[count++] = p2;
-  if (right >= 0) raw->points[count++] = p3;
-  raw->count = count;
+  raw->points[2] = left ? p2 : p3;
+  raw->points[3] = p3;
+  raw->count = 2 + left + right;
 }
 
 LIB float combineFriction(float product) { return clamp(product, -MAX_FRICTION, MAX_FRICTION); }
@@ -86,9 +96,10 @@ LIB ContactPoint makePoint(float4 normalOnB, float4 point, Matrix3 ra, Matrix3 r
 LIB int findMatch(const Manifold* m, float4 localPointA) {
   float nearestSqr = m->breakingThreshold * m->breakingThreshold;
   int nearest = -1;
-  for (int i = 0; i < m->pointCount; ++i) {
+  UNROLL
+  for (int i = 0; i < MANIFOLD_POINTS; ++i) {
     const float distanceSqr = lengthSqr3(m->points[i].localPointA - localPointA);
-    if (distanceSqr < nearestSqr) {
+    if (i < m->pointCount && distanceSqr < nearestSqr) {
       nearestSqr = distanceSqr;
       nearest = i;
     }
@@ -103,6 +114,7 @@ LIB float diagonalArea(float4 p, float4 a, float4 b, float4 c) { return lengthSq
 LIB int pointToReplace(const Manifold* m, const ContactPoint* p) {
   int deepest = -1;
   float depth = p->localPointA.w;
+  UNROLL
   for (int i = 0; i < MANIFOLD_POINTS; ++i) {
     if (m->points[i].localPointA.w < depth) {
       depth = m->points[i].localPointA.w;
@@ -118,15 +130,21 @@ LIB int pointToReplace(const Manifold* m, const ContactPoint* p) {
   area[2] = diagonalArea(q, q0, q1, q3);
   area[3] = diagonalArea(q, q0, q1, q2);
   int best = -1;
+  float bestArea = 0.0f;
+  UNROLL
   for (int i = 0; i < MANIFOLD_POINTS; ++i) {
-    if (i != deepest && (best < 0 || area[i] > area[best])) best = i;
+    if (i == deepest || (best >= 0 && !(area[i] > bestArea))) continue;
+    best = i;
+    bestArea = area[i];
   }
   return best;
 }
 
 // Notes in each point which one it is, before points come and go.
 LIB void numberPoints(REF(Manifold) m) {
-  for (int i = 0; i < m->pointCount; ++i) {
+  UNROLL
+  for (int i = 0; i < MANIFOLD_POINTS; ++i) {
+    if (i >= m->pointCount) continue;
     m->points[i].flags = (m->points[i].flags & POINT_BULLET_FLAGS) | ((i + 1) << POINT_ORIGIN_SHIFT);
   }
 }
@@ -134,37 +152,42 @@ LIB void numberPoints(REF(Manifold) m) {
 // Adds a point, keeping impulses and age of the one it matches.
 LIB void addPoint(REF(Manifold) m, ContactPoint p) {
   if (p.localPointA.w > m->breakingThreshold) return;
-  const int match = findMatch(m, p.localPointA);
-  if (match >= 0) {
-    const ContactPoint old = m->points[match];
-    p.localPointB = withW(p.localPointB, old.localPointB.w);
-    p.normalWorldOnB = withW(p.normalWorldOnB, old.normalWorldOnB.w);
-    p.lateralFrictionDir1 = withW(p.lateralFrictionDir1, old.lateralFrictionDir1.w);
-    p.lifeTime = old.lifeTime;
-    p.flags |= old.flags & POINT_ORIGIN;
-    m->points[match] = p;
-  } else if (m->pointCount < MANIFOLD_POINTS) {
-    m->points[m->pointCount] = p;
-    m->pointCount += 1;
-  } else {
-    m->points[pointToReplace(m, &p)] = p;
+  const int match = findMatch(m, p.localPointA), isFull = m->pointCount == MANIFOLD_POINTS;
+  const int place = match >= 0 ? match : isFull ? pointToReplace(m, &p) : m->pointCount;
+  m->pointCount += match < 0 && !isFull;
+  UNROLL
+  for (int i = 0; i < MANIFOLD_POINTS; ++i) {
+    if (i != place) continue;
+    if (match >= 0) {
+      const ContactPoint old = m->points[i];
+      p.localPointB = withW(p.localPointB, old.localPointB.w);
+      p.normalWorldOnB = withW(p.normalWorldOnB, old.normalWorldOnB.w);
+      p.lateralFrictionDir1 = withW(p.lateralFrictionDir1, old.lateralFrictionDir1.w);
+      p.lifeTime = old.lifeTime;
+      p.flags |= old.flags & POINT_ORIGIN;
+    }
+    m->points[i] = p;
   }
 }
 
 // Recomputes the distances for the bodies' present poses and drops points that came apart, along the normal or
 // sideways. Points are visited from the last to the first and the last one fills a gap, as in Bullet.
 LIB void refreshPoints(REF(Manifold) m, Matrix3 ra, Matrix3 rb, float4 bFromA) {
-  for (int i = m->pointCount - 1; i >= 0; --i) {
+  const float limit = m->breakingThreshold;
+  UNROLL
+  for (int i = MANIFOLD_POINTS - 1; i >= 0; --i) {
+    if (i >= m->pointCount) continue;
     const ContactPoint p = m->points[i];
     const float4 between = mulMatrix(ra, p.localPointA) - mulMatrix(rb, p.localPointB) - xyz(bFromA);
     const float distance = dot3(between, p.normalWorldOnB);
     const float4 drift = between - xyz(p.normalWorldOnB) * distance;
-    const float limit = m->breakingThreshold;
     m->points[i].localPointA.w = distance;
     m->points[i].lifeTime += 1;
-    if (distance > limit || lengthSqr3(drift) > limit * limit) {
-      m->pointCount -= 1;
-      m->points[i] = m->points[m->pointCount];
+    if (distance <= limit && lengthSqr3(drift) <= limit * limit) continue;
+    m->pointCount -= 1;
+    UNROLL
+    for (int last = i + 1; last < MANIFOLD_POINTS; ++last) {
+      if (last == m->pointCount) m->points[i] = m->points[last];
     }
   }
 }

@@ -13,6 +13,7 @@
 #define F4(x, y, z, w) ((float4)((x), (y), (z), (w)))
 #define LIB static inline
 #define REF(T) T*  // an in/out argument in private memory
+#define UNROLL _Pragma("unroll")  // before a short loop over a private array, so that its elements can be registers
 #define STRUCT(Name) \
   typedef struct Name Name; \
   struct Name
@@ -25,6 +26,7 @@
 #define F4(x, y, z, w) (::btgpu::float4{(x), (y), (z), (w)})
 #define LIB inline
 #define REF(T) T*
+#define UNROLL
 #define STRUCT(Name) struct Name
 #define __global
 #define __local

@@ -4,15 +4,7 @@
 #include "../lib/manifold.h"
 #include "../shared/shape.h"
 
-static ContactPoint noPoint(void) {
-  ContactPoint p;
-  p.localPointA = p.localPointB = p.normalWorldOnB = vec3(0.0f, 0.0f, 0.0f);
-  p.lateralFrictionDir1 = p.lateralFrictionDir2 = p.combined = vec3(0.0f, 0.0f, 0.0f);
-  p.combinedStiffness = p.combinedDamping = 0.0f;
-  p.lifeTime = p.flags = 0;
-  return p;
-}
-
+// Of a pair that has none yet; without points.
 static Manifold newManifold(Pair pair, Shape a, Shape b, BodyMaterial materialA, BodyMaterial materialB) {
   Manifold m;
   m.bodyA = pair.bodyA;
@@ -21,8 +13,42 @@ static Manifold newManifold(Pair pair, Shape a, Shape b, BodyMaterial materialA,
   m.breakingThreshold = fmin(a.breakingThreshold, b.breakingThreshold);
   m.processingThreshold = fmin(materialA.contactProcessingThreshold, materialB.contactProcessingThreshold);
   m.unseen = m.unused = 0;
-  for (int k = 0; k < MANIFOLD_POINTS; ++k) m.points[k] = noPoint();
   return m;
+}
+
+// Points beyond the count are neither read nor written: most pairs have none, and a manifold with all of them is long.
+static void loadPoints(__global const Manifold* from, REF(Manifold) m) {
+  UNROLL
+  for (int k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k < m->pointCount) m->points[k] = from->points[k];
+  }
+}
+
+static Manifold loadHead(__global const Manifold* from) {
+  Manifold m;
+  m.bodyA = from->bodyA;
+  m.bodyB = from->bodyB;
+  m.pointCount = from->pointCount;
+  m.breakingThreshold = from->breakingThreshold;
+  m.processingThreshold = from->processingThreshold;
+  m.unseen = from->unseen;
+  m.unused = from->unused;
+  return m;
+}
+
+static void store(const Manifold* m, __global Manifold* to) {
+  to->bodyA = m->bodyA;
+  to->bodyB = m->bodyB;
+  to->pointCount = m->pointCount;
+  to->bucket = m->bucket;
+  to->breakingThreshold = m->breakingThreshold;
+  to->processingThreshold = m->processingThreshold;
+  to->unseen = m->unseen;
+  to->unused = m->unused;
+  UNROLL
+  for (int k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k < m->pointCount) to->points[k] = m->points[k];
+  }
 }
 
 static void combine(ContactPoint* p, uint flags, BodyMaterial a, BodyMaterial b) {
@@ -44,13 +70,14 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     const Pair pair = AT(pairs, i);
     const BodyInfo infoA = AT(infos, pair.bodyA), infoB = AT(infos, pair.bodyB);
-    const BodyMaterial materialA = AT(materials, pair.bodyA), materialB = AT(materials, pair.bodyB);
     Manifold m;
     if (pair.oldManifold != NO_INDEX) {
-      m = AT(oldManifolds, pair.oldManifold);
+      m = loadHead(&AT(oldManifolds, pair.oldManifold));
       ASSERT(m.pointCount >= 0 && m.pointCount <= MANIFOLD_POINTS, m.pointCount, pair.oldManifold);
+      loadPoints(&AT(oldManifolds, pair.oldManifold), &m);
     } else {
-      m = newManifold(pair, AT(shapes, infoA.shapeIndex), AT(shapes, infoB.shapeIndex), materialA, materialB);
+      m = newManifold(pair, AT(shapes, infoA.shapeIndex), AT(shapes, infoB.shapeIndex), AT(materials, pair.bodyA),
+                      AT(materials, pair.bodyB));
     }
     m.bucket = pair.bucket;
     if (!(params->flags & STEP_CONTACTS_UNSEEN)) {
@@ -62,21 +89,27 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
       const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
       if (!persistent) m.pointCount = 0;
       m.unseen = 1;
-      const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
-      const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
-      const float4 bFromA = b.position - a.position;
-      RawContacts raw = AT(contacts, i);
-      ASSERT(raw.count >= 0 && raw.count <= RAW_POINTS, raw.count, i);
-      ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
-      reduceContacts(&raw);
-      for (int k = 0; k < raw.count; ++k) {
-        ContactPoint p = makePoint(raw.normal, raw.points[k], ra, rb, bFromA);
-        combine(&p, infoA.flags | infoB.flags, materialA, materialB);
-        addPoint(&m, p);
+      const int candidates = AT(contacts, i).count;
+      ASSERT(candidates >= 0 && candidates <= RAW_POINTS, candidates, i);
+      if (candidates > 0 || m.pointCount > 0) {
+        const BodyMaterial materialA = AT(materials, pair.bodyA), materialB = AT(materials, pair.bodyB);
+        const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
+        const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
+        const float4 bFromA = b.position - a.position;
+        RawContacts raw = AT(contacts, i);
+        ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
+        reduceContacts(&raw);
+        UNROLL
+        for (int k = 0; k < MANIFOLD_POINTS; ++k) {
+          if (k >= raw.count) continue;
+          ContactPoint p = makePoint(raw.normal, raw.points[k], ra, rb, bFromA);
+          combine(&p, infoA.flags | infoB.flags, materialA, materialB);
+          addPoint(&m, p);
+        }
+        if (persistent) refreshPoints(&m, ra, rb, bFromA);
       }
-      if (persistent) refreshPoints(&m, ra, rb, bFromA);
     }
     ASSERT(m.pointCount >= 0 && m.pointCount <= MANIFOLD_POINTS, m.pointCount, i);
-    AT(manifolds, i) = m;
+    store(&m, &AT(manifolds, i));
   }
 }

@@ -26,15 +26,19 @@ SINGLE_KERNEL countContacts(__global const uint* touchingCount, __global const u
   counters->freshCount = *freshCount;
 }
 
-KERNEL gatherContactKeys(CHECKS uint count, uint all, __global const uint* touching, __global const ulong* keys,
-                         __global const Manifold* manifolds, __global ulong* contactKeys) {
-  FOR_EACH(k, count) {
+// The first of them, up to `room`.
+KERNEL gatherContactKeys(CHECKS uint room, uint all, __global const StepCounters* counters,
+                         __global const uint* touching, __global const ulong* keys, __global const Manifold* manifolds,
+                         __global ulong* contactKeys) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(k, min(room, counters->touchingCount)) {
     const uint i = AT(touching, k);
     AT(contactKeys, k) = AT(keys, i) | (!all && isCarried(&AT(manifolds, i)) ? CONTACT_CARRIED : 0UL);
   }
 }
 
-KERNEL gatherContacts(CHECKS uint count, __global const uint* fresh, __global const Manifold* manifolds,
-                      __global Manifold* contacts) {
-  FOR_EACH(k, count) AT(contacts, k) = AT(manifolds, AT(fresh, k));
+KERNEL gatherContacts(CHECKS uint room, __global const StepCounters* counters, __global const uint* fresh,
+                      __global const Manifold* manifolds, __global Manifold* contacts) {
+  RETURN_ON_OVERFLOW(counters);
+  FOR_EACH(k, min(room, counters->freshCount)) AT(contacts, k) = AT(manifolds, AT(fresh, k));
 }

@@ -151,7 +151,7 @@ TEST_F(DeviceArrayTest, HoldsStructs) {
 
 // What the host sees of an array in place: the first elements, also after the array has changed and grown.
 TEST_F(DeviceArrayTest, IsSeenInPlace) {
-  DeviceArray<uint> array("seen array", Placement::HostVisible);
+  DeviceArray<uint> array("seen array");
   HostView<uint> view;
   for (const uint size : {100u, 7u, 5000u}) {
     view.unmap(queue());
