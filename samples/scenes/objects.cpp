@@ -5,11 +5,30 @@
 
 namespace scenes {
 
+namespace {
+
+// For each body that leaves Bullet goes through all pairs, and through its list of bodies up to that body: a world of
+// many is emptied in an order that spares it that.
+void emptyLargeWorld(btDiscreteDynamicsWorld& world) {
+  constexpr int kLarge = 20000;  // bodies: below, the order that they were added in does
+  if (world.getNumCollisionObjects() < kLarge) return;
+  btOverlappingPairCache& cache = *world.getPairCache();
+  btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
+  while (pairs.size() > 0) {
+    const btBroadphasePair last = pairs[pairs.size() - 1];
+    cache.removeOverlappingPair(last.m_pProxy0, last.m_pProxy1, world.getDispatcher());
+  }
+  while (world.getNonStaticRigidBodies().size() > 0) world.removeRigidBody(world.getNonStaticRigidBodies()[0]);
+}
+
+}  // namespace
+
 Objects::~Objects() {
   for (const auto& vehicle : m_vehicles) m_world.removeVehicle(vehicle.get());
   for (const auto& joint : m_joints) m_world.removeConstraint(joint.get());
+  if (m_world.getNumCollisionObjects() == static_cast<int>(m_bodies.size())) emptyLargeWorld(m_world);
   for (btRigidBody* body : m_bodies) {
-    m_world.removeRigidBody(body);
+    if (body->getWorldArrayIndex() >= 0) m_world.removeRigidBody(body);
     delete body;
   }
 }

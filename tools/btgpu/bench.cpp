@@ -140,6 +140,7 @@ BenchResult bench(const std::string& scene, const Builder& sceneBuild, const Ben
     row.split = {median(c.deviceMs), median(c.translateMs)};
     row.restMs = median(c.restMs);
     row.counts = c.world->counts();
+    row.end = c.world->end();
     result.rows.push_back(row);
   }
   candidates.clear();

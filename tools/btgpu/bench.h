@@ -35,6 +35,7 @@ struct BenchRow {
   StepSplit split;                 // medians
   std::optional<double> restMs;    // median of what is in neither part of the split
   StepCounts counts;               // of the last step
+  std::optional<EndFigures> end;   // after it
   std::vector<BenchStage> stages;  // by device events, in a run of their own
 };
 

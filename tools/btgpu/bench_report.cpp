@@ -22,6 +22,9 @@ std::vector<std::pair<std::string, std::optional<double>>> optionalFigures(const
   };
   std::optional<double> bytesPerBody;
   if (r.counts.deviceBytes) bytesPerBody = static_cast<double>(*r.counts.deviceBytes) / std::max(1, r.bodies);
+  const auto ofEnd = [&r](double EndFigures::*member) {
+    return r.end ? std::optional<double>((*r.end).*member) : std::nullopt;
+  };
   return {{"deviceMs", r.split.deviceMs},
           {"translateMs", r.split.translateMs},
           {"restMs", r.restMs},
@@ -31,11 +34,16 @@ std::vector<std::pair<std::string, std::optional<double>>> optionalFigures(const
           {"contacts", figure(r.counts.contacts)},
           {"colours", figure(r.counts.colours)},
           {"deviceBytes", figure(r.counts.deviceBytes)},
-          {"deviceBytesPerBody", bytesPerBody}};
+          {"deviceBytesPerBody", bytesPerBody},
+          {"meanHeight", ofEnd(&EndFigures::meanHeight)},
+          {"kineticEnergy", ofEnd(&EndFigures::kineticEnergy)}};
 }
 
 bool isCount(const std::string& figure) {
-  return figure.find("Ms") == std::string::npos && figure != "deviceBytesPerBody";
+  for (const char* other : {"deviceBytesPerBody", "meanHeight", "kineticEnergy"}) {
+    if (figure == other) return false;
+  }
+  return figure.find("Ms") == std::string::npos;
 }
 
 const BenchRow* rowOf(const BenchResult& result, const std::string& world) {
@@ -159,6 +167,11 @@ std::string toText(const BenchResult& result) {
     const std::string ratio = times ? fmt::format("{:.2f}", *times) : "-";
     text += fmt::format("  {:<8} {:>8} {:>12.3f} {:>12.3f} {:>10} {:>10} {:>10}  {}\n", r.world, r.bodies, r.msMedian,
                         r.msP95, ratio, count(r.counts.manifolds), count(r.counts.contacts), r.device);
+  }
+  for (const BenchRow& r : result.rows) {
+    if (!r.end) continue;
+    text += fmt::format("  {} at the end: mean height {:.3f}, kinetic energy {:.4g} J a body\n", r.world,
+                        r.end->meanHeight, r.end->kineticEnergy);
   }
   if (rowOf(result, "bullet3")) {
     text += "  bullet3 never sleeps, has its own friction, restitution and inertia, and planes as boxes\n";

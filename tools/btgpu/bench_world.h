@@ -19,12 +19,18 @@ struct StepCounts {
   std::optional<long> launches, waits, manifolds, contacts, colours, deviceBytes;
 };
 
+// Of the bodies that can move, after the last step.
+struct EndFigures {
+  double meanHeight = 0, kineticEnergy = 0;  // along gravity upwards; J a body
+};
+
 class BenchWorld {
  public:
   virtual ~BenchWorld() = default;
   virtual void step() = 0;  // with the results on the host at its end
   virtual StepSplit split() const { return {}; }
   virtual StepCounts counts() = 0;  // may take its time
+  virtual std::optional<EndFigures> end() const { return {}; }
   virtual int bodies() const = 0;
   virtual std::string device() const = 0;
   virtual std::string driver() const { return {}; }

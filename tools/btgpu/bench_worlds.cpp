@@ -8,9 +8,15 @@
 #include "bullet3_scene.h"
 #include "compat/engine_loader.h"
 #include "compat/world_state.h"
+#include "free_run.h"
 
 namespace btgpu::tool {
 namespace {
+
+EndFigures endOf(const btDiscreteDynamicsWorld& world) {
+  const WorldFigures figures = measureWorld(world, 0);
+  return {figures.meanHeight, figures.kineticEnergy};
+}
 
 class GpuWorld : public BenchWorld {
  public:
@@ -28,6 +34,7 @@ class GpuWorld : public BenchWorld {
     if (const auto engine = info()) counts.deviceBytes = static_cast<long>(engine->worldMemory);
     return counts;
   }
+  std::optional<EndFigures> end() const override { return endOf(m_world.world()); }
   int bodies() const override { return m_world.world().getNumCollisionObjects(); }
   std::string driver() const override {
     const auto engine = info();
@@ -77,6 +84,7 @@ class CpuWorld : public BenchWorld {
     counts.contacts = contacts;
     return counts;
   }
+  std::optional<EndFigures> end() const override { return endOf(m_world.world()); }
   int bodies() const override { return m_world.world().getNumCollisionObjects(); }
   std::string device() const override { return "one thread"; }
 
