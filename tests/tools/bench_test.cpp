@@ -97,7 +97,7 @@ TEST(Bench, TableOnStdout) {
   EXPECT_EQ(run.exitCode, 0) << run.err;
   const auto lines = run.outLines();
   ASSERT_GT(lines.size(), 8u);
-  EXPECT_EQ(lines[0], "stack: 9 bodies, 4 steps, figures of the last 2; solver parity, sleeping off, contacts on, host queries off");
+  EXPECT_EQ(lines[0], "stack: 9 bodies, 4 steps, figures of the last 2; solver parity, sleeping off, contacts on, host queries off, motion states off");
   EXPECT_TRUE(contains(lines[1], "ms median")) << lines[1];
   EXPECT_EQ(lines[2].rfind("  cpu ", 0), 0u) << "worlds in the order they were asked for: " << lines[2];
   EXPECT_TRUE(contains(lines[2], " 1.00 ")) << "cpu is the measure: " << lines[2];
@@ -116,7 +116,7 @@ TEST(Bench, CsvHasALineAWorldAndAColumnAFigure) {
   std::vector<std::vector<std::string>> rows;
   while (std::getline(file, line)) rows.push_back(split(line));
   ASSERT_EQ(rows.size(), 3u);
-  const std::vector<std::string> first(rows[0].begin(), rows[0].begin() + 20);
+  const std::vector<std::string> first(rows[0].begin(), rows[0].begin() + 22);
   EXPECT_EQ(first, (std::vector<std::string>{"scene",
                                              "size",
                                              "world",

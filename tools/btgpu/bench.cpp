@@ -115,7 +115,8 @@ int benchSteps(const BenchOptions& options) {
 }
 
 BenchResult bench(const std::string& scene, const Builder& sceneBuild, const BenchOptions& options) {
-  const Builder build = options.sleeping ? sceneBuild : withoutSleeping(sceneBuild);
+  const Builder awake = options.sleeping ? sceneBuild : withoutSleeping(sceneBuild);
+  const Builder build = options.motionStates ? withMotionStates(awake) : awake;
   BenchResult result;
   result.scene = scene;
   result.options = options;

@@ -17,7 +17,7 @@ struct BenchOptions {
   int steps = 120;  // the second half is measured, the first lets programs be built, arrays grow, things fall
   std::string device;
   btGpuSolver solver = btGpuSolver::Parity;
-  bool contacts = true, hostQueries = true, sleeping = false;
+  bool contacts = true, hostQueries = true, sleeping = false, motionStates = false;
   bool stages = true;                 // times the device's stages, in a run of their own
   bool leaveOut = false;              // a world that can't hold the scene is left out
   std::function<void(int)> progress;  // called with the number of steps done, of benchSteps()

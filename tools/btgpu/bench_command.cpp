@@ -26,7 +26,7 @@ struct BenchArguments {
   std::vector<std::string> scenes = {"stack"}, worlds = {"gpu", "cpu"};
   std::vector<int> bodies;
   std::string size, csv, json;
-  std::string contacts = "on", hostQueries = "on", sleeping = "off", stages = "on";
+  std::string contacts = "on", hostQueries = "on", sleeping = "off", stages = "on", motionStates = "off";
   int steps = 0;  // 0: as the scene has it
   BenchOptions options;
 };
@@ -164,6 +164,7 @@ int runBenchCommand(const BenchArguments& arguments) {
   options.contacts = arguments.contacts == "on";
   options.hostQueries = arguments.hostQueries == "on";
   options.sleeping = arguments.sleeping == "on";
+  options.motionStates = arguments.motionStates == "on";
   options.stages = arguments.stages == "on";
   const std::vector<WorldWish> wishes = parseWorlds(arguments.worlds);
   const std::vector<Run> runs = runsOf(arguments);
@@ -212,6 +213,9 @@ Command addBenchCommand(CLI::App& tool) {
       ->check(onOff)
       ->capture_default_str();
   bench->add_option("--sleeping", a->sleeping, "let bodies sleep")->check(onOff)->capture_default_str();
+  bench->add_option("--motion-states", a->motionStates, "give each body a btDefaultMotionState")
+      ->check(onOff)
+      ->capture_default_str();
   bench->add_option("--stages", a->stages, "time the device's stages too, in a run of their own")
       ->check(onOff)
       ->capture_default_str();

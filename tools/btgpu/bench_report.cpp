@@ -145,6 +145,7 @@ nlohmann::json runJson(const BenchResult& result) {
           {"sleeping", o.sleeping},
           {"contacts", o.contacts},
           {"hostQueries", o.hostQueries},
+          {"motionStates", o.motionStates},
           {"rows", rows},
           {"leftOut", result.leftOut},
           {"error", result.error}};
@@ -156,9 +157,10 @@ std::string toText(const BenchResult& result) {
   const BenchOptions& o = result.options;
   if (result.rows.empty()) return fmt::format("{} {}: not measured\n", result.scene, result.size);
   std::string text = fmt::format(
-      "{}: {} bodies, {} steps, figures of the last {}; solver {}, sleeping {}, contacts {}, host queries {}\n",
+      "{}: {} bodies, {} steps, figures of the last {}; solver {}, sleeping {}, contacts {}, host queries {}, motion "
+      "states {}\n",
       result.scene, result.rows.front().bodies, o.steps, o.steps - o.steps / 2, nameOf(o.solver), onOff(o.sleeping),
-      onOff(o.contacts), onOff(o.hostQueries));
+      onOff(o.contacts), onOff(o.hostQueries), onOff(o.motionStates));
   text += fmt::format("  {:<8} {:>8} {:>12} {:>12} {:>10} {:>10} {:>10}  {}\n", "world", "bodies", "ms median",
                       "ms p95", "x cpu", "manifolds", "contacts", "device");
   const auto count = [](const std::optional<long>& v) { return v ? std::to_string(*v) : std::string("-"); };

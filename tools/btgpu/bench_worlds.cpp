@@ -131,4 +131,22 @@ Builder withoutSleeping(const Builder& build) {
   };
 }
 
+Builder withMotionStates(const Builder& build) {
+  struct Contents : SceneContents {
+    std::unique_ptr<SceneContents> scene;
+    std::vector<std::unique_ptr<btDefaultMotionState>> states;
+    ~Contents() override { scene.reset(); }  // the bodies go before their motion states
+  };
+  return [build](btDiscreteDynamicsWorld& world) {
+    auto contents = std::make_unique<Contents>();
+    contents->scene = build(world);
+    for (int i = 0; i < world.getNonStaticRigidBodies().size(); ++i) {
+      btRigidBody& body = *world.getNonStaticRigidBodies()[i];
+      contents->states.push_back(std::make_unique<btDefaultMotionState>(body.getWorldTransform()));
+      body.setMotionState(contents->states.back().get());
+    }
+    return contents;
+  };
+}
+
 }  // namespace btgpu::tool

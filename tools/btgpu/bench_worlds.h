@@ -18,5 +18,7 @@ std::unique_ptr<BenchWorld> makeBullet3World(const Builder& build, const std::st
 
 // The same scene in which no body ever sleeps.
 Builder withoutSleeping(const Builder& build);
+// Each body that can move gets a btDefaultMotionState.
+Builder withMotionStates(const Builder& build);
 
 }  // namespace btgpu::tool
