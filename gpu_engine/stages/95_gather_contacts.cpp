@@ -58,8 +58,9 @@ void GatherContacts::read(Queue& queue, DeviceWorld& world, bool all) {
 }
 
 void GatherContacts::enqueueReads(Queue& queue, DeviceWorld& world, bool all) {
-  m_touching = std::min(m_touching, world.capacities.pairs);
-  m_fresh = std::min(m_fresh, world.capacities.pairs);
+  // Where the stage ran on the host, the arrays hold what there is and no more.
+  m_touching = std::min(m_touching, world.touching.size());
+  m_fresh = std::min(m_fresh, world.fresh.size());
   read(queue, world, all);
 }
 
