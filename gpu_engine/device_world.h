@@ -5,6 +5,7 @@
 
 #include "joint_colours.h"
 #include "opencl/kernel.h"
+#include "solver_variants.h"
 #include "step_settings.h"
 #include "world_input.h"
 
@@ -107,6 +108,9 @@ struct DeviceWorld {
   DeviceArray<float> torsion{"torsional rows"};         // SLOT_TORSION_FIELDS a slot, if used
   DeviceArray<uint> solverTeam{"solver team"};          // TEAM_SIZE; stage 70
 
+  SplitArrays split;
+  BatchArrays batches;
+
   // ---- the step itself ----------------------------------------------------------------------------------------------
   DeviceArray<StepParams> params{"step params"};        // 1; host
   DeviceArray<StepCounters> counters{"step counters"};  // 1; all stages
@@ -128,6 +132,8 @@ struct DeviceWorld {
     all(constraints, constraintCount, touching, fresh, ignoredPairs);
     all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved);
     all(slotFirst, slots, rows, tangent2, torsion, solverTeam, params, counters);
+    all(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
+    all(batches.split, batches.groupBatches, batches.batchFirst);
   }
 
   // Makes every array as long as `wanted` asks for. Contents of the one-step arrays are lost.

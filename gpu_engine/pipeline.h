@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <memory>
+
 #include "device_world.h"
 #include "host_stage.h"
 #include "stages/05_follow_substep.h"
@@ -19,7 +21,10 @@
 #include "stages/52_prepare_joints.h"
 #include "stages/55_build_islands.h"
 #include "stages/60_colour_constraints.h"
+#include "stages/60_split_bodies.h"
 #include "stages/65_prepare_contacts.h"
+#include "stages/67_split_masses.h"
+#include "stages/70_solve_splits.h"
 #include "stages/70_solve_velocities.h"
 #include "stages/80_integrate_poses.h"
 #include "stages/90_update_activation.h"
@@ -38,6 +43,14 @@ struct WorldTraits {
 };
 
 WorldTraits traitsOf(const WorldInput& input);
+
+// The stages of Solver::MassSplitting in place of 60 and 70.
+struct SplittingStages {
+  explicit SplittingStages(ComputeDevice& device) : splitBodies(device), splitMasses(device), solveSplits(device) {}
+  SplitBodies splitBodies;
+  SplitMasses splitMasses;
+  SolveSplits solveSplits;
+};
 
 // The order of the stages, Bullet's own (docs/pipeline.md). Nothing in here waits for the device, unless
 // stages run on the host or are held against it.
@@ -76,6 +89,7 @@ class Pipeline {
   ColourConstraints m_colourConstraints;
   PrepareContacts m_prepareContacts;
   SolveVelocities m_solveVelocities;
+  std::unique_ptr<SplittingStages> m_splitting;  // built when a step first wants it
   IntegratePoses m_integratePoses;
   UpdateActivation m_updateActivation;
   GatherContacts m_gatherContacts;
