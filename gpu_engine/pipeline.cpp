@@ -85,6 +85,11 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
     stage("65_prepare_contacts", m_prepareContacts);
     stage("67_split_masses", m_splitting->splitMasses);
     stage("70_solve_splits", m_splitting->solveSplits, settings, traits.torsionRows);
+  } else if (settings.solver == Solver::TwoLevel) {
+    if (!m_batching) m_batching = std::make_unique<BatchingStages>(queue.device());
+    stage("60_batch_constraints", m_batching->batchConstraints, settings);
+    stage("65_prepare_contacts", m_prepareContacts);
+    stage("70_solve_batches", m_batching->solveBatches, settings, traits.torsionRows);
   } else {
     stage("60_colour_constraints", m_colourConstraints);
     stage("65_prepare_contacts", m_prepareContacts);

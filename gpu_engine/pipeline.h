@@ -20,10 +20,12 @@
 #include "stages/50_append_host_contacts.h"
 #include "stages/52_prepare_joints.h"
 #include "stages/55_build_islands.h"
+#include "stages/60_batch_constraints.h"
 #include "stages/60_colour_constraints.h"
 #include "stages/60_split_bodies.h"
 #include "stages/65_prepare_contacts.h"
 #include "stages/67_split_masses.h"
+#include "stages/70_solve_batches.h"
 #include "stages/70_solve_splits.h"
 #include "stages/70_solve_velocities.h"
 #include "stages/80_integrate_poses.h"
@@ -50,6 +52,13 @@ struct SplittingStages {
   SplitBodies splitBodies;
   SplitMasses splitMasses;
   SolveSplits solveSplits;
+};
+
+// Those of Solver::TwoLevel.
+struct BatchingStages {
+  explicit BatchingStages(ComputeDevice& device) : batchConstraints(device), solveBatches(device) {}
+  BatchConstraints batchConstraints;
+  SolveBatches solveBatches;
 };
 
 // The order of the stages, Bullet's own (docs/pipeline.md). Nothing in here waits for the device, unless
@@ -90,6 +99,7 @@ class Pipeline {
   PrepareContacts m_prepareContacts;
   SolveVelocities m_solveVelocities;
   std::unique_ptr<SplittingStages> m_splitting;  // built when a step first wants it
+  std::unique_ptr<BatchingStages> m_batching;    // likewise
   IntegratePoses m_integratePoses;
   UpdateActivation m_updateActivation;
   GatherContacts m_gatherContacts;
