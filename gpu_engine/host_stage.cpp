@@ -14,7 +14,8 @@ std::vector<std::unique_ptr<HostStage>> allStages() {
   for (auto* make :
        {hostApplyForces, hostUpdateAabbs, hostFindPairs, hostGroupPairs, hostCollidePrimitives, hostFindSeparatingAxis,
         hostClipFaces, hostFindClosestFeatures, hostClipConvexFaces, hostReduceAndMatchContacts, hostAppendHostContacts,
-        hostPrepareJoints, hostBuildIslands, hostColourConstraints, hostPrepareContacts, hostSolveVelocities,
+        hostPrepareJoints, hostBuildIslands, hostColourConstraints, hostSplitBodies, hostBatchConstraints, hostPrepareContacts,
+        hostSplitMasses, hostSolveVelocities, hostSolveSplits, hostSolveBatches,
         hostIntegratePoses, hostUpdateActivation, hostGatherContacts}) {
     stages.push_back(make());
   }

@@ -33,6 +33,9 @@ struct SolveReference {
   std::vector<float> rows, tangent2, torsion;  // laid out as on the device (rows.h)
   std::vector<Manifold> manifolds;             // get the impulses
   JointSolveReference joints;
+  // Of 70_solve_splits, where `bodies` are copies: those of a body are copyFirst[i] ... copyFirst[i + 1] - 1, and are
+  // averaged after warm starting and after each iteration. Empty: nothing is.
+  std::vector<uint> copyFirst = {};
 };
 
 // btSequentialImpulseConstraintSolver::solveSingleIteration for `iterations` times over the slots in their
