@@ -38,9 +38,10 @@ double cellSide(const Headers& headers, const std::vector<BodyPose>& poses) {
   for (const SlotHeader& h : headers) {
     if (movedBodies(h).size() != 2) continue;
     const float4 a = poses[h.bodyA].position, b = poses[h.bodyB].position;
-    const float longest = std::max({std::fabs(a.x - b.x), std::fabs(a.y - b.y), std::fabs(a.z - b.z)});
+    const float x = std::fabs(a.x - b.x), y = std::fabs(a.y - b.y), z = std::fabs(a.z - b.z);
+    const float longest = std::max({x, y, z});
     int exponent = -126;
-    if (!std::isfinite(longest)) {
+    if (!std::isfinite(x + y + z)) {
       exponent = 129;
     } else if (longest >= 1.17549435e-38f) {
       std::frexp(longest, &exponent);
