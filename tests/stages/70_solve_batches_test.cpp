@@ -26,6 +26,7 @@ class SolveBatchesTest : public DeviceTest {
     writeConstraints(*bench, scene, BATCH_BLOCK * scene.manifolds.size() + 2 * BTGPU_LANES);
     bench->run<BatchConstraints>(scene.settings);
     bench->run<PrepareContacts>();
+    m_serialCount = bench->counters().serialCount;
     const SolveReference before = read(*bench, scene);
     bench->world().capacities.colourLaunches = launches;
     bench->run<SolveBatches>(scene.settings, scene.torsionRows);
@@ -41,6 +42,8 @@ class SolveBatchesTest : public DeviceTest {
     for (size_t i = 0; i < a.bodies.size(); ++i) ASSERT_TRUE(sameBits(a.bodies[i], b.bodies[i])) << "body " << i;
     for (size_t m = 0; m < a.manifolds.size(); ++m) ASSERT_TRUE(sameBits(a.manifolds[m], b.manifolds[m])) << m;
   }
+
+  uint m_serialCount = 0;  // of the last scene
 };
 
 void setVariant(ContactScene& scene, uint bits) {
@@ -97,13 +100,15 @@ TEST_F(SolveBatchesTest, SerialBatch) {
   ContactScene scene;
   const int shape = scene.builder.sphere(0.5f);
   const uint hub = scene.builder.add(shape, {}, 16);
-  for (uint i = 0; i < 400; ++i) {
+  for (uint i = 0; i < 1500; ++i) {
     const uint other = scene.builder.add(shape, uniform3(random, -3, 3), 1);
     scene.builder.velocity(other).linear = uniform3(random, -3, 3);
     const float4 normal = rotate(randomTurn(random), {0, 1, 0, 0});
     scene.addPoint(scene.addManifold(hub, other), normal, -0.01f, normal * -0.5f, normal * 0.5f);
   }
+  scene.settings.iterations = 3;
   expectAsReference(scene);
+  EXPECT_GT(m_serialCount, 0u);
 }
 
 }  // namespace
