@@ -113,7 +113,7 @@ struct btGpuSettings {
   /// Unset: as the environment variable BTGPU_SOLVER says (parity, fast, mass_splitting or two_level), else Parity.
   std::optional<btGpuSolver> m_solver;
   /// Of TwoLevel. Unset: as the environment variable BTGPU_TWO_LEVEL says (space or index, phase or batch, as in
-  /// "index,batch"), else Space and Phase.
+  /// "space,batch"), else Index and Phase, which were faster.
   std::optional<btGpuGroupSplit> m_groupSplit;
   std::optional<btGpuBatchLaunches> m_batchLaunches;
   /// Runs everything on Bullet's own CPU path.

@@ -27,7 +27,7 @@ Solver engineSolver(btGpuSolver solver) {
 
 // BTGPU_TWO_LEVEL: words in any order.
 struct TwoLevelWords {
-  GroupSplit split = GroupSplit::Space;
+  GroupSplit split = GroupSplit::Index;
   BatchLaunches launches = BatchLaunches::Phase;
 };
 

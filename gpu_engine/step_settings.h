@@ -45,7 +45,7 @@ struct StepSettings {
   bool contacts = false;        // StepResults::contactKeys and ::contacts are wanted
   bool allContacts = false;     // ... with those that did not change since the last step
   Solver solver = Solver::Parity;
-  GroupSplit groupSplit = GroupSplit::Space;
+  GroupSplit groupSplit = GroupSplit::Index;
   BatchLaunches batchLaunches = BatchLaunches::Phase;
   bool keepContacts = false;  // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
 

@@ -10,7 +10,7 @@ namespace btgpu {
 namespace {
 
 constexpr const char* kFile = "stages/60_batch_constraints.cl";
-constexpr size_t kBodiesPerGroup = 64;  // docs/decisions/0018-mass-splitting-and-two-level-batching.md
+constexpr size_t kBodiesPerGroup = 128;  // docs/decisions/0018-mass-splitting-and-two-level-batching.md
 constexpr uint kMostBits = 10;          // log2 of the groups of a phase
 
 }  // namespace
