@@ -76,9 +76,9 @@ std::shared_ptr<CrossCheck> CrossCheck::make(const btGpuSettings& settings) {
   const int every = wantedEvery(settings);
   if (every == 0) return nullptr;
   const char* file = environment("BTGPU_CROSSCHECK_FILE");
-  auto check =
-      std::make_shared<CrossCheck>(every, !settings.m_crosscheckFile.empty() || !file ? settings.m_crosscheckFile : file,
-                                   settings.m_crosscheckOtherDepths);
+  auto check = std::make_shared<CrossCheck>(
+      every, !settings.m_crosscheckFile.empty() || !file ? settings.m_crosscheckFile : file,
+      settings.m_crosscheckOtherDepths);
   check->m_limitsLifted = solverOf(settings) == Solver::MassSplitting;
   return check;
 }

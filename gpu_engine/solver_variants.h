@@ -10,7 +10,8 @@ namespace btgpu {
 // Solver::MassSplitting.
 struct SplitArrays {
   DeviceArray<uint> copyFirst{"copy starts"};  // bodies + 1; stage 60: the first copy of each body
-  DeviceArray<Joint> joints{"split joints"};   // stage 60: bodyA and bodyB are copies, NO_INDEX if the joint is not solved
+  DeviceArray<Joint> joints{
+      "split joints"};  // stage 60: bodyA and bodyB are copies, NO_INDEX if the joint is not solved
   DeviceArray<SolverBody> copies{"body copies"};                // stages 67 and 70
   DeviceArray<SolverMass> copyMasses{"masses of body copies"};  // stage 67
   DeviceArray<JointRow> jointRows{"split joint rows"};          // stage 67

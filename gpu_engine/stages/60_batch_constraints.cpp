@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kFile = "stages/60_batch_constraints.cl";
 constexpr size_t kBodiesPerGroup = 128;  // docs/decisions/0018-mass-splitting-and-two-level-batching.md
-constexpr uint kMostBits = 10;          // log2 of the groups of a phase
+constexpr uint kMostBits = 10;           // log2 of the groups of a phase
 
 }  // namespace
 
@@ -82,8 +82,8 @@ void BatchConstraints::enqueue(Queue& queue, DeviceWorld& world, const StepSetti
   assignGroups(queue, world);
   const size_t local = queue.device().groupSize();
   const size_t groups = std::min(m_groups, queue.device().maxGroups());
-  m_batch.launch(queue, {groups * local, local}, world.counters, out.split, m_groupFirst, m_order, m_headers,
-                 m_batchOf, m_ranks, m_left, m_sizes, out.groupBatches);
+  m_batch.launch(queue, {groups * local, local}, world.counters, out.split, m_groupFirst, m_order, m_headers, m_batchOf,
+                 m_ranks, m_left, m_sizes, out.groupBatches);
   m_scan.exclusive(queue, {batches}, m_sizes, out.batchFirst, m_total);
   m_begin.launch(queue, {1, 1}, slots, world.counters, out.split, out.batchFirst, m_total, world.slotFirst);
   m_clear.launch(queue, queue.device().grid(slots), slots, world.counters, world.slots);

@@ -102,7 +102,8 @@ std::vector<std::vector<uint>> batchesOf(const std::vector<uint>& group, const H
     std::vector<uint> batch, later;
     for (const uint c : left) {
       const std::vector<uint> bodies = movedBodies(headers[c]);
-      const bool available = std::none_of(bodies.begin(), bodies.end(), [&](uint b) { return used.count(markCell(b)); });
+      const bool available =
+          std::none_of(bodies.begin(), bodies.end(), [&](uint b) { return used.count(markCell(b)); });
       for (const uint body : bodies) {
         if (available) used.insert(markCell(body));
       }

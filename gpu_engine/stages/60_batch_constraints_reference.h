@@ -16,13 +16,13 @@ struct BatchesReference {
   std::vector<uint> groupBatches;  // of each group, those of all phases
   std::vector<uint> batchFirst;    // BATCH_LIMIT a group: slots; then each group's share of the serial batch
   std::vector<SlotHeader> slots;
-  uint batchCount = 0;             // most of a group
+  uint batchCount = 0;                             // most of a group
   uint serialFirst = 0, serialCount = 0, end = 0;  // slots of the serial batch; behind it only padding
 };
 
-// The paper's batchConstraints, group by group: in each batch, as many of the group's constraints as do not share a body,
-// taken in the order of permute(index in the group); bodies count as one if they share a cell of the table of marks.
-// `constraints` are indices into `manifolds`; split: SPLIT_* of kernels/lib/batches.h.
+// The paper's batchConstraints, group by group: in each batch, as many of the group's constraints as do not share a
+// body, taken in the order of permute(index in the group); bodies count as one if they share a cell of the table of
+// marks. `constraints` are indices into `manifolds`; split: SPLIT_* of kernels/lib/batches.h.
 BatchesReference batchConstraintsReference(const std::vector<uint>& split, const std::vector<uint>& constraints,
                                            const std::vector<Manifold>& manifolds, const std::vector<BodyStep>& steps,
                                            const std::vector<BodyPose>& poses);

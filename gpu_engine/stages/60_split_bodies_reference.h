@@ -17,8 +17,8 @@ struct SplitBodiesReference {
   std::vector<uint> copyFirst;    // bodies + 1
 };
 
-// A body's copies are those of its contacts, in the order of `constraints` (indices into `manifolds`), then those of its
-// joints that are solved and have rows.
+// A body's copies are those of its contacts, in the order of `constraints` (indices into `manifolds`), then those of
+// its joints that are solved and have rows.
 SplitBodiesReference splitBodiesReference(const std::vector<uint>& constraints, const std::vector<Manifold>& manifolds,
                                           const std::vector<BodyStep>& steps, const std::vector<Joint>& joints,
                                           const std::vector<uint>& jointSolved);

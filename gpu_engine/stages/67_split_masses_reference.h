@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Host reference of stage 67, in double. Each value comes with how far a float may be off: what is only kept or copied
-// not at all, what is scaled by the roundings of the sum that the scale is made of (24, relative to its summands) and of
-// the scaling itself (6).
+// not at all, what is scaled by the roundings of the sum that the scale is made of (24, relative to its summands) and
+// of the scaling itself (6).
 #pragma once
 
 #include <vector>

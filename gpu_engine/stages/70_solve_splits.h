@@ -6,10 +6,10 @@
 
 namespace btgpu {
 
-// Solver::MassSplitting's stage 70: Jacobi over blocks. In each iteration every joint and every manifold solves its rows
-// on copies of its own bodies, in the order of SolveVelocities; then the copies of a body are averaged. Joints that want
-// more iterations than the world get them afterwards, alone. Reads slots, split.joints, split.copyMasses; changes rows,
-// jointImpulses[], split.copies[] and solverBodies[]; writes the impulses of contacts into manifolds[].
+// Solver::MassSplitting's stage 70: Jacobi over blocks. In each iteration every joint and every manifold solves its
+// rows on copies of its own bodies, in the order of SolveVelocities; then the copies of a body are averaged. Joints
+// that want more iterations than the world get them afterwards, alone. Reads slots, split.joints, split.copyMasses;
+// changes rows, jointImpulses[], split.copies[] and solverBodies[]; writes the impulses of contacts into manifolds[].
 class SolveSplits {
  public:
   explicit SolveSplits(ComputeDevice& device);

@@ -54,7 +54,9 @@ class HostSolveVelocities : public HostStage {
 
 }  // namespace
 
-std::unique_ptr<HostStage> hostSolveVelocities() { return std::make_unique<HostSolveVelocities>("70_solve_velocities"); }
+std::unique_ptr<HostStage> hostSolveVelocities() {
+  return std::make_unique<HostSolveVelocities>("70_solve_velocities");
+}
 // The slots lie in the order in which they are solved here too.
 std::unique_ptr<HostStage> hostSolveBatches() { return std::make_unique<HostSolveVelocities>("70_solve_batches"); }
 

@@ -40,8 +40,8 @@ struct SolveReference {
 
 // btSequentialImpulseConstraintSolver::solveSingleIteration for `iterations` times over the slots in their
 // order, with friction rows after the normal rows of their own manifold instead of all but in the last iteration
-// (decision 14), after warm starting, and writeBackContacts; joints go first, and on alone if they want more iterations. Of
-// params only the flags count.
+// (decision 14), after warm starting, and writeBackContacts; joints go first, and on alone if they want more
+// iterations. Of params only the flags count.
 void solveVelocitiesReference(const StepParams& params, int iterations, const std::vector<SlotHeader>& slots,
                               const std::vector<SolverMass>& masses, SolveReference& state);
 

@@ -27,11 +27,11 @@ BTGPU_BEGIN
 #define SPLIT_BY_SPACE 0u
 #define SPLIT_BY_INDEX 1u
 
-// ---- by space: a grid of cells. A constraint between bodies in cells at most one apart belongs to the lower cell of the
-// two along each axis, m, and so moves bodies in m + {0, 1}^3 only. Two such blocks of eight cells are apart if their m
-// have the same parities and differ: the eight parities are the phases. Cells that are a whole number of periods apart
-// are one group, which takes nothing from that, since periods are even. Constraints over longer distances are a ninth
-// phase, of one group.
+// ---- by space: a grid of cells. A constraint between bodies in cells at most one apart belongs to the lower cell of
+// the two along each axis, m, and so moves bodies in m + {0, 1}^3 only. Two such blocks of eight cells are apart if
+// their m have the same parities and differ: the eight parities are the phases. Cells that are a whole number of periods
+// apart are one group, which takes nothing from that, since periods are even. Constraints over longer distances are a
+// ninth phase, of one group.
 
 #define SPACE_PHASES 9
 #define DISTANCE_BINS 256  // exponents of floats
@@ -45,7 +45,7 @@ LIB uint distanceBin(float distance) { return as_uint(distance) >> 23; }
 // Of cells whose side is 2^(bin - 126).
 LIB float cellScale(uint bin) { return as_float((253u - (bin < 252u ? bin : 252u)) << 23); }
 
-// The lowest bin that no more than a LONG_SHARE-th of the constraints is beyond; cells of 1 if there are none to measure.
+// The lowest bin that no more than a LONG_SHARE-th of the constraints is beyond; that of cells of 1 if there are none.
 LIB uint longestBin(const __global uint* histogram) {
   uint total = 0, beyond = 0, bin = DISTANCE_BINS - 1;
   for (uint i = 0; i < DISTANCE_BINS; ++i) total += histogram[i];
@@ -93,8 +93,8 @@ LIB uint groupInSpace(const __global uint* split, Cell a, Cell b) {
   return phase * split[SPLIT_GROUPS] + place;
 }
 
-// ---- by index: bodies with the same lowest n bits are together, 2^n sets. Phase p pairs the sets i and i ^ p: a table of
-// interactions in which each set is once in each phase.
+// ---- by index: bodies with the same lowest n bits are together, 2^n sets. Phase p pairs the sets i and i ^ p: a table
+// of interactions in which each set is once in each phase.
 
 LIB uint groupByIndex(const __global uint* split, uint bodyA, uint bodyB) {
   const uint sets = split[SPLIT_GROUPS];

@@ -12,7 +12,8 @@ static inline uint movedBody(CHECKS __global const BodyStep* steps, uint body) {
   return AT(steps, body).angularVelocity.w != 0.0f ? body : NO_INDEX;
 }
 
-static inline SlotHeader headerOf(CHECKS uint manifold, __global const Manifold* manifolds, __global const BodyStep* steps) {
+static inline SlotHeader headerOf(CHECKS uint manifold, __global const Manifold* manifolds,
+                                  __global const BodyStep* steps) {
   SlotHeader header;
   header.bodyA = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyA);
   header.bodyB = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyB);

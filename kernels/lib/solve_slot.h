@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Stage 70's passes over the rows of one slot (docs/decisions/0014-friction-after-each-manifold.md), and on the CPU shape
-// over BTGPU_WIDE slots at once. OpenCL C only.
+// Stage 70's passes over the rows of one slot (docs/decisions/0014-friction-after-each-manifold.md), and on the CPU
+// shape over BTGPU_WIDE slots at once. OpenCL C only.
 #ifndef BTGPU_LIB_SOLVE_SLOT_H
 #define BTGPU_LIB_SOLVE_SLOT_H
 #include "kernel.h"

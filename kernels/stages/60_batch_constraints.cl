@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Two-level batching in place of colours (kernels/lib/batches.h): constraints into groups, then each group into batches
-// by marking bodies as used. The result is that of the paper's serial pass, batch by batch, in a scattered order: the CPU
-// body does just that; on the GPU all constraints of a group that still can be in a batch claim their bodies' cells in
-// local memory, those that come first at both get in, and the others try again until nothing more fits.
+// by marking bodies as used. The result is that of the paper's serial pass, batch by batch, in a scattered order: the
+// CPU body does just that; on the GPU all constraints of a group that still can be in a batch claim their bodies' cells
+// in local memory, those that come first at both get in, and the others try again until nothing more fits.
 #include "../lib/batches.h"
 #include "../lib/group_scan.h"
 #include "../lib/slots.h"
@@ -53,8 +53,8 @@ static Marks marksOf(SlotHeader h) {
   return m;
 }
 
-// For each place in `order`: its batch in the group, BATCH_LIMIT for the serial batch, and its rank there. For each group:
-// the sizes of its batches, and behind those of all groups its share of the serial batch.
+// For each place in `order`: its batch in the group, BATCH_LIMIT for the serial batch, and its rank there. For each
+// group: the sizes of its batches, and behind those of all groups its share of the serial batch.
 #define BATCH_PARAMETERS                                                                                           \
   CHECKS __global StepCounters *counters, __global const uint *split, __global const uint *groupFirst,             \
       __global const uint *order, __global const SlotHeader *headers, __global uint *batches, __global uint *ranks, \
@@ -116,7 +116,9 @@ KERNEL batchGroups(BATCH_PARAMETERS) {
 
 #define CLAIM_NONE 0xffffffffu
 
-static int isTaken(__local const uint* taken, uint cell) { return cell != NO_INDEX && (taken[cell / 32] >> cell % 32 & 1u); }
+static int isTaken(__local const uint* taken, uint cell) {
+  return cell != NO_INDEX && (taken[cell / 32] >> cell % 32 & 1u);
+}
 
 static void takeCell(volatile __local uint* taken, uint cell) {
   if (cell != NO_INDEX) atomic_or(&taken[cell / 32], 1u << cell % 32);

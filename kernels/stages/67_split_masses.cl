@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // A copy has its share of the body's mass (Tonge 2012): with n copies each answers n times as much to an impulse. Rows
-// were made for whole bodies; here each gets the effective mass between copies. What a row wants stays the same: rhs and
-// cfm are in proportion to jac.
+// were made for whole bodies; here each gets the effective mass between copies. What a row wants stays the same: rhs
+// and cfm are in proportion to jac.
 #include "../lib/kernel.h"
 #include "../lib/rows.h"
 #include "../shared/joint.h"
@@ -36,8 +36,8 @@ STRUCT(SplitEnd) {
   float excess;
 };
 
-static SplitEnd makeSplitEnd(CHECKS uint i, int isMoved, __global const uint* copyFirst, __global const BodyStep* steps,
-                             float4 angularFactor) {
+static SplitEnd makeSplitEnd(CHECKS uint i, int isMoved, __global const uint* copyFirst,
+                             __global const BodyStep* steps, float4 angularFactor) {
   SplitEnd end;
   end.body = makeRowBody(AT(steps, i), angularFactor);
   end.excess = isMoved ? (float)(AT(copyFirst, i + 1) - AT(copyFirst, i) - 1) : 0.0f;
@@ -74,8 +74,9 @@ static void splitSlot(CHECKS uint i, StepParams s, __global const SlotHeader* sl
   if (h.manifold == NO_INDEX) return;
   ASSERT(h.pointCount <= MANIFOLD_POINTS, h.pointCount, h.manifold);
   const uint bodyA = AT(manifolds, h.manifold).bodyA, bodyB = AT(manifolds, h.manifold).bodyB;
-  const SplitEnd a = makeSplitEnd(WITH_CHECKS bodyA, h.bodyA != NO_INDEX, copyFirst, steps, AT(masses, bodyA).angularFactor);
-  const SplitEnd b = makeSplitEnd(WITH_CHECKS bodyB, h.bodyB != NO_INDEX, copyFirst, steps, AT(masses, bodyB).angularFactor);
+  const float4 factorA = AT(masses, bodyA).angularFactor, factorB = AT(masses, bodyB).angularFactor;
+  const SplitEnd a = makeSplitEnd(WITH_CHECKS bodyA, h.bodyA != NO_INDEX, copyFirst, steps, factorA);
+  const SplitEnd b = makeSplitEnd(WITH_CHECKS bodyB, h.bodyB != NO_INDEX, copyFirst, steps, factorB);
   for (uint k = 0; k < h.pointCount; ++k) {
     __global float* p = rows + slotBase(i, SLOT_FIELDS) + k * POINT_FIELDS * BTGPU_LANES;
     const float jac = loadField(p, ROW_NORMAL_JAC);

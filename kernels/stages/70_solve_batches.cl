@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Projected Gauss-Seidel over the groups and batches of 60_batch_constraints: a work group takes a whole group of a phase
-// and goes through its batches, one after the other.
+// Projected Gauss-Seidel over the groups and batches of 60_batch_constraints: a work group takes a whole group of a
+// phase and goes through its batches, one after the other.
 #include "../lib/batches.h"
 #include "../lib/solve_slot.h"
 

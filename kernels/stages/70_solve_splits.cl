@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// What the Jacobi solver adds to the kernels of stage 70: after each pass, in which every constraint has worked on copies
-// of its own, the copies of a body are averaged, always in the same order.
+// What the Jacobi solver adds to the kernels of stage 70: after each pass, in which every constraint has worked on
+// copies of its own, the copies of a body are averaged, always in the same order.
 #include "../lib/kernel.h"
 #include "../lib/rows.h"
 

@@ -33,9 +33,12 @@ class BatchConstraintsTest : public DeviceTest {
     bench->run<BatchConstraints>(settings);
     const StepCounters counters = bench->counters();
     if (counters.overflow) return {{}, {}, {}, {}, {}, counters};
-    return {bench->read(world.batches.split),      bench->read(world.batches.groupBatches),
-            bench->read(world.batches.batchFirst), bench->read(world.slotFirst, COLOUR_TABLE),
-            readSlots(*bench),                     counters};
+    return {bench->read(world.batches.split),
+            bench->read(world.batches.groupBatches),
+            bench->read(world.batches.batchFirst),
+            bench->read(world.slotFirst, COLOUR_TABLE),
+            readSlots(*bench),
+            counters};
   }
 
   // Both splits.
@@ -97,7 +100,8 @@ class BatchConstraintsTest : public DeviceTest {
         }
       }
     }
-    for (uint s = b.slotFirst[COLOUR_SERIAL]; s < b.slotFirst[COLOUR_SERIAL + 1]; ++s) found.push_back(b.slots[s].manifold);
+    for (uint s = b.slotFirst[COLOUR_SERIAL]; s < b.slotFirst[COLOUR_SERIAL + 1]; ++s)
+      found.push_back(b.slots[s].manifold);
     for (size_t s = b.slotFirst[COLOUR_SERIAL + 1]; s < b.slots.size(); ++s) EXPECT_EQ(b.slots[s].manifold, NO_INDEX);
     std::sort(found.begin(), found.end());
     EXPECT_EQ(found, constraints) << "each constraint once";

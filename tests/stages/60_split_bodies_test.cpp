@@ -39,7 +39,8 @@ class SplitBodiesTest : public DeviceTest {
     const StepCounters counters = bench->counters();
     if (counters.overflow) return {{}, {}, {}, {}, counters};
     return {readSlots(*bench), bench->read(world.split.joints, joints.joints.size()),
-            bench->read(world.split.copyFirst, world.bodyCount + 1), bench->read(world.slotFirst, COLOUR_TABLE), counters};
+            bench->read(world.split.copyFirst, world.bodyCount + 1), bench->read(world.slotFirst, COLOUR_TABLE),
+            counters};
   }
 
   Split expectAsReference(const ContactScene& scene, const JointScene& joints = {}, std::vector<uint> solved = {}) {

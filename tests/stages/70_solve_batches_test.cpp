@@ -17,8 +17,13 @@ class SolveBatchesTest : public DeviceTest {
  protected:
   SolveReference read(StageBench& bench, const ContactScene& scene) {
     DeviceWorld& w = bench.world();
-    return {bench.read(w.solverBodies, w.bodyCount), bench.read(w.rows), bench.read(w.tangent2), bench.read(w.torsion),
-            bench.read(w.manifolds, scene.manifolds.size()), {}, {}};
+    return {bench.read(w.solverBodies, w.bodyCount),
+            bench.read(w.rows),
+            bench.read(w.tangent2),
+            bench.read(w.torsion),
+            bench.read(w.manifolds, scene.manifolds.size()),
+            {},
+            {}};
   }
 
   SolveReference expectAsReference(const ContactScene& scene, uint launches = 2) {
@@ -90,7 +95,8 @@ TEST_F(SolveBatchesTest, LaunchesDoNotMatter) {
     const SolveReference inPhases = expectAsReference(scene);
     expectSame(expectAsReference(scene), inPhases);
     scene.settings.batchLaunches = BatchLaunches::Batch;
-    for (const uint launches : {0u, 1u, 7u, uint{BATCH_LIMIT}}) expectSame(expectAsReference(scene, launches), inPhases);
+    for (const uint launches : {0u, 1u, 7u, uint{BATCH_LIMIT}})
+      expectSame(expectAsReference(scene, launches), inPhases);
   }
 }
 

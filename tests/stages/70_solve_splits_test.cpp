@@ -185,8 +185,8 @@ TEST_F(SolveSplitsTest, SingleContactSmall) {
 }
 
 // By hand: a ball of mass 1 between two that stand still, without friction, one iteration. Its two copies weigh 1/2
-// each. At the left, where it comes with 1, the copy and the ball of mass 1 there share 1 by their masses: the impulse is
-// 1 / (2 + 1), the copy loses 2/3, of which the ball gets half.
+// each. At the left, where it comes with 1, the copy and the ball of mass 1 there share 1 by their masses: the impulse
+// is 1 / (2 + 1), the copy loses 2/3, of which the ball gets half.
 TEST_F(SolveSplitsTest, HalvesSmall) {
   ContactScene scene;
   scene.settings.iterations = 1;

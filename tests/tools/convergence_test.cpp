@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/subprocess.h"
 #include <gtest/gtest.h>
+#include "tests/support/subprocess.h"
 
 namespace btgpu::test {
 namespace {

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "convergence.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "bullet_file.h"
@@ -30,8 +31,15 @@ const DeviceLine kDeviceLines[] = {{"parity", Solver::Parity, GroupSplit::Space}
                                    {"two_level, index", Solver::TwoLevel, GroupSplit::Index},
                                    {"mass_splitting", Solver::MassSplitting, GroupSplit::Space}};
 
+// Of a manifold's points those that there are.
+bool sameContacts(const Manifold& a, const Manifold& b) {
+  return a.bodyA == b.bodyA && a.bodyB == b.bodyB && a.pointCount == b.pointCount &&
+         std::memcmp(a.points, b.points, static_cast<size_t>(a.pointCount) * sizeof(ContactPoint)) == 0;
+}
+
 bool sameContacts(const std::vector<Manifold>& a, const std::vector<Manifold>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Manifold)) == 0);
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Manifold& x, const Manifold& y) { return sameContacts(x, y); });
 }
 
 }  // namespace

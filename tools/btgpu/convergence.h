@@ -12,9 +12,9 @@ namespace btgpu::tool {
 
 struct ConvergenceOptions {
   double timeStep = 1.0 / 60.0;
-  int steps = 100;              // before the one that is solved again and again
-  std::vector<int> iterations;  // ascending
-  std::string device;           // as btGpuSettings::m_device
+  int steps = 100;                    // before the one that is solved again and again
+  std::vector<int> iterations;        // ascending
+  std::string device;                 // as btGpuSettings::m_device
   std::function<void(int)> progress;  // called after each solve with the number of solves done
 };
 
@@ -35,10 +35,9 @@ struct ConvergenceResult {
 };
 
 // Runs a scene on btgpu's parity solver, then does its next step with each solver and number of iterations, always from
-// the same state and contact cache; stock's solver gets btgpu's contacts. Throws InputError if a step is not done on the
-// device.
-ConvergenceResult measureConvergence(const std::string& scene, const Builder& build,
-                                     const ConvergenceOptions& options);
+// the same state and contact cache; stock's solver gets btgpu's contacts. Throws InputError if a step is not done on
+// the device.
+ConvergenceResult measureConvergence(const std::string& scene, const Builder& build, const ConvergenceOptions& options);
 int solvesOf(const ConvergenceOptions& options);  // that measureConvergence makes
 
 std::string toText(const ConvergenceResult& result);

@@ -97,9 +97,10 @@ std::string toJson(const ConvergenceResult& r) {
   for (const ConvergenceLine& line : r.lines) {
     lines.push_back({{"solver", line.solver}, {"residual", line.residual}, {"distance", line.distance}});
   }
-  const nlohmann::json json = {{"scene", r.scene},       {"device", r.device},         {"bodies", r.bodies},
-                               {"step", r.steps + 1},    {"contacts", r.contacts},     {"joints", r.joints},
-                               {"lines", lines},         {"iterations", r.iterations}, {"deviceDifferences", r.deviceDifferences}};
+  const nlohmann::json json = {
+      {"scene", r.scene},    {"device", r.device},         {"bodies", r.bodies},
+      {"step", r.steps + 1}, {"contacts", r.contacts},     {"joints", r.joints},
+      {"lines", lines},      {"iterations", r.iterations}, {"deviceDifferences", r.deviceDifferences}};
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

@@ -163,8 +163,8 @@ std::vector<Manifold> StockSolver::readSolved() const {
 }
 
 double StockSolver::residualOf(const Solved& solved) const {
-  Residual residual = measureResidual(m_oracle, m_contacts, solved.manifolds, m_start->states, m_before,
-                                      solved.velocities, m_timeStep);
+  Residual residual =
+      measureResidual(m_oracle, m_contacts, solved.manifolds, m_start->states, m_before, solved.velocities, m_timeStep);
   residual.add(measureJointResidual(m_start->input.joints, m_start->input.jointRows, m_jointSolved, solved.velocities));
   return residual.rms();
 }

@@ -9,8 +9,8 @@
 
 namespace btgpu::tool {
 
-// Whether Jacobi with split masses is on its way to where Gauss-Seidel goes: the step once more from the same state, with
-// 2 n times the world's iterations, n being the most copies of a body, against stock with the world's own
+// Whether Jacobi with split masses is on its way to where Gauss-Seidel goes: the step once more from the same state,
+// with 2 n times the world's iterations, n being the most copies of a body, against stock with the world's own
 // (docs/compare.md).
 class SplittingCheck {
  public:
@@ -22,7 +22,7 @@ class SplittingCheck {
  private:
   StockSolver m_stock;
   DeviceSolver m_splitting;
-  double m_ours = 0, m_forward = 0, m_reversed = 0;                          // sums of squares of residuals
+  double m_ours = 0, m_forward = 0, m_reversed = 0;                         // sums of squares of residuals
   double m_ourDistance = 0, m_forwardDistance = 0, m_reversedDistance = 0;  // sums
 };
 

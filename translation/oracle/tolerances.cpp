@@ -40,7 +40,8 @@ const std::vector<Tolerance>& tolerances() {
        "distance"},
       {"splitting.residual", 1.05,
        "Solver mass_splitting only: as solver.residual, but with 2 n times the iterations, n the most copies of a body",
-       "Jacobi's error shrinks half as much in an iteration as that of Gauss-Seidel, and by an n-th of that with masses "
+       "Jacobi's error shrinks half as much in an iteration as that of Gauss-Seidel, and by an n-th of that with "
+       "masses "
        "split n times"},
       {"splitting.distance_to_converged", 1.1, "as solver.distance_to_converged, likewise", "likewise"},
       {"solver.energy", 0.01,
@@ -85,7 +86,8 @@ void liftLimitsOfIterations(std::vector<Check>& checks) {
   const char* const ofIterations[] = {"solver.residual", "solver.distance_to_converged", "free.position",
                                       "free.height",     "free.kinetic_energy",          "free.penetration"};
   for (Check& check : checks) {
-    const bool listed = std::find(std::begin(ofIterations), std::end(ofIterations), check.name) != std::end(ofIterations);
+    const bool listed =
+        std::find(std::begin(ofIterations), std::end(ofIterations), check.name) != std::end(ofIterations);
     if (listed && !std::isnan(check.value)) check.limit = HUGE_VAL;
   }
 }
