@@ -161,13 +161,13 @@ TEST_F(BatchConstraintsTest, Block) {
   const ContactScene scene = block(16, 12, 14);
   for (const GroupSplit by : {GroupSplit::Space, GroupSplit::Index}) {
     const Batches b = expectAsReference(scene, by);
-    EXPECT_GT(b.split[SPLIT_GROUPS], 3u);
+    EXPECT_GT(b.split[SPLIT_GROUPS], 1u);
     std::set<uint> used;
     for (uint g = 0; g < b.groupBatches.size(); ++g) {
       if (b.groupBatches[g] > 0) used.insert(g / b.split[SPLIT_GROUPS]);
     }
-    // By index: what lies behind or above another has the same low bits here.
-    EXPECT_GE(used.size(), by == GroupSplit::Space ? 8u : 5u) << "phases";
+    // By index: what lies behind or above another has the same low bits here, what lies beside it differs by 1, 3 or 7.
+    EXPECT_GE(used.size(), by == GroupSplit::Space ? 8u : 4u) << "phases";
     EXPECT_LE(b.counters.colourCount, 16u) << "six neighbours each, and a few that share cells of the table";
   }
 }
