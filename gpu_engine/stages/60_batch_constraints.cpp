@@ -26,7 +26,7 @@ std::vector<uint> splitForGroups(GroupSplit by, size_t bodyCount) {
     split[SPLIT_PHASES] = split[SPLIT_GROUPS] = 1u << bits;
     return split;
   }
-  while (bits < kMostBits && (size_t{SPACE_PHASES - 1} << bits) < wanted) ++bits;
+  while (bits < kMostBits && (size_t{SPACE_LONG} << bits) < wanted) ++bits;
   split[SPLIT_KIND] = SPLIT_BY_SPACE;
   split[SPLIT_PHASES] = SPACE_PHASES;
   split[SPLIT_GROUPS] = 1u << bits;

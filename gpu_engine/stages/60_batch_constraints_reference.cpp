@@ -65,7 +65,7 @@ uint groupOf(const SlotHeader& h, const std::vector<uint>& split, const std::vec
   const uint a = bodies.empty() ? 0 : bodies.front(), b = bodies.empty() ? 0 : bodies.back();
   if (split[SPLIT_KIND] == SPLIT_BY_INDEX) {
     const uint sets = split[SPLIT_GROUPS], setA = a % sets, setB = b % sets;
-    return (setA ^ setB) * sets + std::min(setA, setB);
+    return (sets - 1 - (setA ^ setB)) * sets + std::min(setA, setB);
   }
   const uint bits[] = {split[SPLIT_BITS_X], split[SPLIT_BITS_Y], split[SPLIT_BITS_Z]};
   const float4 pa = poses[a].position, pb = poses[b].position;
@@ -73,30 +73,32 @@ uint groupOf(const SlotHeader& h, const std::vector<uint>& split, const std::vec
   uint phase = 0, place = 0, shift = 0;
   for (uint axis = 0; axis < 3; ++axis) {
     const long ca = cellOfPosition(axesA[axis], side), cb = cellOfPosition(axesB[axis], side);
-    if (std::labs(ca - cb) > 1) return (SPACE_PHASES - 1) * split[SPLIT_GROUPS];
+    if (std::labs(ca - cb) > 1) return SPACE_LONG * split[SPLIT_GROUPS];
     const long period = 2L << bits[axis];
     const long cell = ((std::min(ca, cb) % period) + period) % period;
     phase |= static_cast<uint>(cell % 2) << axis;
     place |= static_cast<uint>(cell / 2) << shift;
     shift += bits[axis];
   }
+  if (bodies.size() < 2) phase = SPACE_SINGLE;
   return phase * split[SPLIT_GROUPS] + place;
 }
 
 // The constraints of one group, in the order in which they are tried.
-std::vector<uint> scattered(const std::vector<uint>& group) {
+std::vector<uint> scattered(const std::vector<uint>& group, const Headers& headers) {
   const uint bits = indexBits(std::max<uint>(1, static_cast<uint>(group.size())));
   std::vector<uint> order(group.size());
   for (uint i = 0; i < order.size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(), [&](uint a, uint b) { return permute(a, bits) < permute(b, bits); });
   for (uint& i : order) i = group[i];
+  std::stable_partition(order.begin(), order.end(), [&](uint c) { return movedBodies(headers[c]).size() == 2; });
   return order;
 }
 
 // Batches of a group, each in the order of the constraints; the last one is what fits no other.
 std::vector<std::vector<uint>> batchesOf(const std::vector<uint>& group, const Headers& headers) {
   std::vector<std::vector<uint>> batches;
-  std::vector<uint> left = scattered(group);
+  std::vector<uint> left = scattered(group, headers);
   while (!left.empty() && batches.size() < BATCH_LIMIT) {
     std::set<uint> used;
     std::vector<uint> batch, later;

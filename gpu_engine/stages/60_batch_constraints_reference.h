@@ -21,8 +21,9 @@ struct BatchesReference {
 };
 
 // The paper's batchConstraints, group by group: in each batch, as many of the group's constraints as do not share a
-// body, taken in the order of permute(index in the group); bodies count as one if they share a cell of the table of
-// marks. `constraints` are indices into `manifolds`; split: SPLIT_* of kernels/lib/batches.h.
+// body, taken in the order of permute(index in the group), those between two moving bodies first; bodies count as one
+// if they share a cell of the table of marks. `constraints` are indices into `manifolds`; split: SPLIT_* of
+// kernels/lib/batches.h.
 BatchesReference batchConstraintsReference(const std::vector<uint>& split, const std::vector<uint>& constraints,
                                            const std::vector<Manifold>& manifolds, const std::vector<BodyStep>& steps,
                                            const std::vector<BodyPose>& poses);

@@ -31,9 +31,12 @@ BTGPU_BEGIN
 // the two along each axis, m, and so moves bodies in m + {0, 1}^3 only. Two such blocks of eight cells are apart if
 // their m have the same parities and differ: the eight parities are the phases. Cells that are a whole number of periods
 // apart are one group, which takes nothing from that, since periods are even. Constraints over longer distances are a
-// ninth phase, of one group.
+// ninth phase, of one group. Those that move but one body come last, as in docs/decisions/0006-order-of-colours.md: a
+// phase whose groups are cells.
 
-#define SPACE_PHASES 9
+#define SPACE_LONG 8
+#define SPACE_SINGLE 9
+#define SPACE_PHASES 10
 #define DISTANCE_BINS 256  // exponents of floats
 // Cells are as large as all but this share of the constraints are long.
 #define LONG_SHARE 64
@@ -82,11 +85,11 @@ LIB Cell cellAt(float4 position, float scale) {
 
 LIB int isNear(int a, int b) { return a - b <= 1 && b - a <= 1; }
 
-// Bodies in one cell: a == b.
-LIB uint groupInSpace(const __global uint* split, Cell a, Cell b) {
-  if (!isNear(a.x, b.x) || !isNear(a.y, b.y) || !isNear(a.z, b.z)) return (SPACE_PHASES - 1) * split[SPLIT_GROUPS];
+// Of a constraint that moves a single body, both cells are that body's.
+LIB uint groupInSpace(const __global uint* split, Cell a, Cell b, int single) {
+  if (!isNear(a.x, b.x) || !isNear(a.y, b.y) || !isNear(a.z, b.z)) return SPACE_LONG * split[SPLIT_GROUPS];
   const uint x = (uint)(a.x < b.x ? a.x : b.x), y = (uint)(a.y < b.y ? a.y : b.y), z = (uint)(a.z < b.z ? a.z : b.z);
-  const uint phase = (x & 1u) | (y & 1u) << 1 | (z & 1u) << 2;
+  const uint phase = single ? SPACE_SINGLE : (x & 1u) | (y & 1u) << 1 | (z & 1u) << 2;
   const uint bitsX = split[SPLIT_BITS_X], bitsY = split[SPLIT_BITS_Y], bitsZ = split[SPLIT_BITS_Z];
   const uint place = (x >> 1 & lowMask(bitsX)) | (y >> 1 & lowMask(bitsY)) << bitsX |
                      (z >> 1 & lowMask(bitsZ)) << (bitsX + bitsY);
@@ -94,12 +97,13 @@ LIB uint groupInSpace(const __global uint* split, Cell a, Cell b) {
 }
 
 // ---- by index: bodies with the same lowest n bits are together, 2^n sets. Phase p pairs the sets i and i ^ p: a table
-// of interactions in which each set is once in each phase.
+// of interactions in which each set is once in each phase. The sets with themselves, and so all constraints that move but
+// one body, come last.
 
 LIB uint groupByIndex(const __global uint* split, uint bodyA, uint bodyB) {
   const uint sets = split[SPLIT_GROUPS];
   const uint a = bodyA & (sets - 1), b = bodyB & (sets - 1);
-  return (a ^ b) * sets + (a < b ? a : b);
+  return (sets - 1 - (a ^ b)) * sets + (a < b ? a : b);
 }
 
 // ---- batches

@@ -36,7 +36,7 @@ KERNEL assignGroups(CHECKS uint constraintCapacity, __global const StepCounters*
     const uint a = h.bodyA != NO_INDEX ? h.bodyA : h.bodyB != NO_INDEX ? h.bodyB : 0;
     const uint b = h.bodyB != NO_INDEX ? h.bodyB : a;
     const Cell cellA = cellAt(AT(poses, a).position, scale), cellB = cellAt(AT(poses, b).position, scale);
-    AT(groups, c) = inSpace ? groupInSpace(split, cellA, cellB) : groupByIndex(split, a, b);
+    AT(groups, c) = inSpace ? groupInSpace(split, cellA, cellB, hasFixedBody(h)) : groupByIndex(split, a, b);
     AT(order, c) = c;
   }
 }
@@ -72,11 +72,13 @@ KERNEL batchGroups(BATCH_PARAMETERS) {
     for (uint i = 0; i < MARK_CELLS; ++i) used[i] = 0;  // by which batch, from 1 on
     const uint bits = indexBits(max(count, 1u));
     uint open = 0;
-    for (uint p = 0; count && p <= lowMask(bits); ++p) {
-      const uint i = unpermute(p, bits);
-      if (i >= count) continue;
-      AT(left, first + open) = first + i;
-      ++open;
+    for (int fixed_ = 0; fixed_ < 2; ++fixed_) {  // those with a fixed body choose last
+      for (uint p = 0; count && p <= lowMask(bits); ++p) {
+        const uint i = unpermute(p, bits);
+        if (i >= count || hasFixedBody(AT(headers, AT(order, first + i))) != fixed_) continue;
+        AT(left, first + open) = first + i;
+        ++open;
+      }
     }
     uint batch = 0;
     for (; batch < BATCH_LIMIT && open > 0; ++batch) {
@@ -140,17 +142,19 @@ static void gatherBatch(CHECKS uint first, uint count, uint batch, __global cons
     barrier(CLK_LOCAL_MEM_FENCE);
     for (uint i = lane; i < count; i += GROUP_SIZE) {
       if (batches[first + i] != BATCH_NONE) continue;
-      const Marks m = marksOf(AT(headers, AT(order, first + i)));
+      const SlotHeader h = AT(headers, AT(order, first + i));
+      const Marks m = marksOf(h);
       if (isTaken(taken, m.a) || isTaken(taken, m.b)) continue;
-      const uint rank = permute(i, bits);
+      const uint rank = colourRank(i, bits, hasFixedBody(h));  // those with a fixed body choose last
       if (m.a != NO_INDEX) atomic_min(&claims[m.a], rank);
       if (m.b != NO_INDEX) atomic_min(&claims[m.b], rank);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     for (uint i = lane; i < count; i += GROUP_SIZE) {
       if (batches[first + i] != BATCH_NONE) continue;
-      const Marks m = marksOf(AT(headers, AT(order, first + i)));
-      const uint rank = permute(i, bits);
+      const SlotHeader h = AT(headers, AT(order, first + i));
+      const Marks m = marksOf(h);
+      const uint rank = colourRank(i, bits, hasFixedBody(h));
       // What marks nothing has claimed nothing.
       if (!owns(claims, m.a, rank) || !owns(claims, m.b, rank)) continue;
       batches[first + i] = batch;
