@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "log_plot.h"
+#include "../tools/btgpu/report/log_plot.h"
 
 namespace {
 

@@ -433,6 +433,8 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   }
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
   settings.solver = btgpu::solverOf(state->settings);
+  settings.groupSplit = btgpu::groupSplitOf(state->settings);
+  settings.batchLaunches = btgpu::batchLaunchesOf(state->settings);
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;

@@ -89,6 +89,17 @@ enum class btGpuSolver {
   TwoLevel,       ///< Gauss-Seidel over the batches of the paper's two-level batching
 };
 
+/// How btGpuSolver::TwoLevel splits the constraints into groups that are solved side by side.
+enum class btGpuGroupSplit {
+  Space,  ///< by the cells of a grid that the bodies are in
+  Index,  ///< by the lowest bits of the bodies' indices, and a table of which sets may be solved at once
+};
+/// What is a launch then.
+enum class btGpuBatchLaunches {
+  Phase,  ///< all groups that may be solved at once, each going through its batches
+  Batch,  ///< one batch of each of them
+};
+
 struct btGpuSettings {
   /// OpenCL device: an index as `btgpu info` lists them, "gpu", "cpu" or a part of the name. Empty: the
   /// environment variable BTGPU_DEVICE, else the first GPU, else the first CPU device.
@@ -101,6 +112,10 @@ struct btGpuSettings {
   bool m_contacts = true;
   /// Unset: as the environment variable BTGPU_SOLVER says (parity, fast, mass_splitting or two_level), else Parity.
   std::optional<btGpuSolver> m_solver;
+  /// Of TwoLevel. Unset: as the environment variable BTGPU_TWO_LEVEL says (space or index, phase or batch, as in
+  /// "space,batch"), else Index and Phase, which were faster.
+  std::optional<btGpuGroupSplit> m_groupSplit;
+  std::optional<btGpuBatchLaunches> m_batchLaunches;
   /// Runs everything on Bullet's own CPU path.
   bool m_stockOnly = false;
   /// A world whose step is less work than this many contact manifolds (eight moving bodies count as one more) steps on

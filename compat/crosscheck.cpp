@@ -13,6 +13,7 @@
 #include "../translation/oracle/quiet_callbacks.h"
 #include "crosscheck_text.h"
 #include "environment.h"
+#include "solver_choice.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -75,9 +76,11 @@ std::shared_ptr<CrossCheck> CrossCheck::make(const btGpuSettings& settings) {
   const int every = wantedEvery(settings);
   if (every == 0) return nullptr;
   const char* file = environment("BTGPU_CROSSCHECK_FILE");
-  return std::make_shared<CrossCheck>(every,
-                                      !settings.m_crosscheckFile.empty() || !file ? settings.m_crosscheckFile : file,
-                                      settings.m_crosscheckOtherDepths);
+  auto check = std::make_shared<CrossCheck>(
+      every, !settings.m_crosscheckFile.empty() || !file ? settings.m_crosscheckFile : file,
+      settings.m_crosscheckOtherDepths);
+  check->m_limitsLifted = solverOf(settings) == Solver::MassSplitting;
+  return check;
 }
 
 CrossCheck::CrossCheck(int every, std::string file, double otherDepths)
@@ -219,7 +222,9 @@ btGpuCrosscheckSummary CrossCheck::summary() const {
   btGpuCrosscheckSummary summary = m_summary;
   summary.m_error = m_error;
   if (summary.m_checkedSteps == 0) return summary;
-  for (const Check& from : m_check.checks()) {
+  std::vector<Check> checks = m_check.checks();
+  if (m_limitsLifted) liftLimitsOfIterations(checks);
+  for (const Check& from : checks) {
     btGpuCheck check;
     check.m_name = tolerance(from.name).name;
     check.m_value = from.value;

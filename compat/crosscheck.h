@@ -57,6 +57,7 @@ class CrossCheck {
   std::string m_file, m_error;
   std::unique_ptr<ShadowWorld> m_shadow;
   OneStepCheck m_check;
+  bool m_limitsLifted = false;      // of checks that count iterations (liftLimitsOfIterations)
   std::vector<BodyState> m_before;  // by slot
   std::vector<JointState> m_joints;
   std::vector<BodyEnd> m_after;

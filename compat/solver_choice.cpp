@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <mutex>
+#include <sstream>
 
 #include "environment.h"
 
@@ -22,6 +23,32 @@ Solver engineSolver(btGpuSolver solver) {
       break;
   }
   return Solver::Parity;
+}
+
+// BTGPU_TWO_LEVEL: words in any order.
+struct TwoLevelWords {
+  GroupSplit split = GroupSplit::Index;
+  BatchLaunches launches = BatchLaunches::Phase;
+};
+
+TwoLevelWords twoLevelWords() {
+  TwoLevelWords words;
+  const char* wanted = environment("BTGPU_TWO_LEVEL");
+  std::istringstream list(wanted ? wanted : "");
+  for (std::string word; std::getline(list, word, ',');) {
+    if (word == "space" || word == "index") {
+      words.split = word == "space" ? GroupSplit::Space : GroupSplit::Index;
+    } else if (word == "phase" || word == "batch") {
+      words.launches = word == "phase" ? BatchLaunches::Phase : BatchLaunches::Batch;
+    } else {
+      static std::once_flag said;
+      std::call_once(said, [&word] {
+        std::fprintf(stderr, "btgpu: BTGPU_TWO_LEVEL: what is %s? space or index and phase or batch are known\n",
+                     word.c_str());
+      });
+    }
+  }
+  return words;
 }
 
 }  // namespace
@@ -53,6 +80,16 @@ Solver solverOf(const btGpuSettings& settings) {
     std::fprintf(stderr, "btgpu: BTGPU_SOLVER=%s is no solver; parity, fast, mass_splitting, two_level are\n", wanted);
   });
   return Solver::Parity;
+}
+
+GroupSplit groupSplitOf(const btGpuSettings& settings) {
+  if (!settings.m_groupSplit) return twoLevelWords().split;
+  return *settings.m_groupSplit == btGpuGroupSplit::Index ? GroupSplit::Index : GroupSplit::Space;
+}
+
+BatchLaunches batchLaunchesOf(const btGpuSettings& settings) {
+  if (!settings.m_batchLaunches) return twoLevelWords().launches;
+  return *settings.m_batchLaunches == btGpuBatchLaunches::Batch ? BatchLaunches::Batch : BatchLaunches::Phase;
 }
 
 }  // namespace btgpu

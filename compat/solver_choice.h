@@ -17,5 +17,7 @@ const char* nameOf(btGpuSolver solver);
 
 // As the settings say, else the environment.
 Solver solverOf(const btGpuSettings& settings);
+GroupSplit groupSplitOf(const btGpuSettings& settings);
+BatchLaunches batchLaunchesOf(const btGpuSettings& settings);
 
 }  // namespace btgpu

@@ -193,6 +193,8 @@ void DeviceWorld::spoilStepArrays(Queue& queue) {
   spoilAll(keys, pairs, items, bucketFirst, contacts, axes, closest, nearPairs, manifolds, constraints);
   spoilAll(nearCount, manifoldCount, constraintCount, jointEffects, jointImpulses, jointSolved);
   spoilAll(slotFirst, slots, rows, tangent2, torsion);
+  spoilAll(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
+  spoilAll(batches.groupBatches, batches.batchFirst);
 }
 
 void DeviceWorld::swapStepResults() {

@@ -5,6 +5,7 @@
 
 #include "joint_colours.h"
 #include "opencl/kernel.h"
+#include "solver_variants.h"
 #include "step_settings.h"
 #include "world_input.h"
 
@@ -64,16 +65,16 @@ struct DeviceWorld {
   DeviceArray<SolverMass> solverMasses{"solver masses"};            // stage 65
 
   // ---- one step; length pairs ---------------------------------------------------------------------------------------
-  DeviceArray<ulong> keys{"pair keys"};                          // stage 30, sorted
-  DeviceArray<uint> pairCount{"pair count"};                     // 1; stage 30; may exceed the capacity
-  DeviceArray<Pair> pairs{"pairs"};                              // stage 35
-  DeviceArray<uint> items{"pair items"};                         // stage 35: pair indices bucket by bucket
-  DeviceArray<uint> bucketFirst{"bucket starts"};                // BUCKET_COUNT + 1; stage 35
-  DeviceArray<RawContacts> contacts{"contact candidates"};       // stages 42, 44 and 46
-  DeviceArray<SeparatingAxis> axes{"separating axes"};           // stage 44; by position in the box-box bucket
-  DeviceArray<ClosestFeatures> closest{"closest features"};      // stage 44; by position among the convex pairs
-  DeviceArray<uint> nearPairs{"convex pairs near each other"};   // stage 44: such positions, ascending
-  DeviceArray<uint> nearCount{"count of near convex pairs"};     // 1; stage 44
+  DeviceArray<ulong> keys{"pair keys"};                         // stage 30, sorted
+  DeviceArray<uint> pairCount{"pair count"};                    // 1; stage 30; may exceed the capacity
+  DeviceArray<Pair> pairs{"pairs"};                             // stage 35
+  DeviceArray<uint> items{"pair items"};                        // stage 35: pair indices bucket by bucket
+  DeviceArray<uint> bucketFirst{"bucket starts"};               // BUCKET_COUNT + 1; stage 35
+  DeviceArray<RawContacts> contacts{"contact candidates"};      // stages 42, 44 and 46
+  DeviceArray<SeparatingAxis> axes{"separating axes"};          // stage 44; by position in the box-box bucket
+  DeviceArray<ClosestFeatures> closest{"closest features"};     // stage 44; by position among the convex pairs
+  DeviceArray<uint> nearPairs{"convex pairs near each other"};  // stage 44: such positions, ascending
+  DeviceArray<uint> nearCount{"count of near convex pairs"};    // 1; stage 44
   // One a pair, then those of the host: manifoldCount in all, if there are any of the host.
   DeviceArray<Manifold> manifolds{"manifolds"};                 // stages 48, 50, 65 and 70
   DeviceArray<Manifold> hostManifolds{"host manifolds"};        // host
@@ -107,6 +108,9 @@ struct DeviceWorld {
   DeviceArray<float> torsion{"torsional rows"};         // SLOT_TORSION_FIELDS a slot, if used
   DeviceArray<uint> solverTeam{"solver team"};          // TEAM_SIZE; stage 70
 
+  SplitArrays split;
+  BatchArrays batches;
+
   // ---- the step itself ----------------------------------------------------------------------------------------------
   DeviceArray<StepParams> params{"step params"};        // 1; host
   DeviceArray<StepCounters> counters{"step counters"};  // 1; all stages
@@ -128,6 +132,8 @@ struct DeviceWorld {
     all(constraints, constraintCount, touching, fresh, ignoredPairs);
     all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved);
     all(slotFirst, slots, rows, tangent2, torsion, solverTeam, params, counters);
+    all(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
+    all(batches.split, batches.groupBatches, batches.batchFirst);
   }
 
   // Makes every array as long as `wanted` asks for. Contents of the one-step arrays are lost.

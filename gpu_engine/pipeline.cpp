@@ -79,9 +79,22 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   if (settings.keepContacts) world.keepMatchedManifolds(queue);
   if (world.jointCount > 0) stage("52_prepare_joints", m_prepareJoints);
   stage("55_build_islands", m_buildIslands);
-  stage("60_colour_constraints", m_colourConstraints);
-  stage("65_prepare_contacts", m_prepareContacts);
-  stage("70_solve_velocities", m_solveVelocities, settings, traits.torsionRows);
+  if (settings.solver == Solver::MassSplitting) {
+    if (!m_splitting) m_splitting = std::make_unique<SplittingStages>(queue.device());
+    stage("60_split_bodies", m_splitting->splitBodies);
+    stage("65_prepare_contacts", m_prepareContacts);
+    stage("67_split_masses", m_splitting->splitMasses);
+    stage("70_solve_splits", m_splitting->solveSplits, settings, traits.torsionRows);
+  } else if (settings.solver == Solver::TwoLevel) {
+    if (!m_batching) m_batching = std::make_unique<BatchingStages>(queue.device());
+    stage("60_batch_constraints", m_batching->batchConstraints, settings);
+    stage("65_prepare_contacts", m_prepareContacts);
+    stage("70_solve_batches", m_batching->solveBatches, settings, traits.torsionRows);
+  } else {
+    stage("60_colour_constraints", m_colourConstraints);
+    stage("65_prepare_contacts", m_prepareContacts);
+    stage("70_solve_velocities", m_solveVelocities, settings, traits.torsionRows);
+  }
   stage("80_integrate_poses", m_integratePoses);
   stage("90_update_activation", m_updateActivation);
   if (settings.sendsContacts()) stage("95_gather_contacts", m_gatherContacts, settings.allContacts);

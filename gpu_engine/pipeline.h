@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <memory>
+
 #include "device_world.h"
 #include "host_stage.h"
 #include "stages/05_follow_substep.h"
@@ -18,8 +20,13 @@
 #include "stages/50_append_host_contacts.h"
 #include "stages/52_prepare_joints.h"
 #include "stages/55_build_islands.h"
+#include "stages/60_batch_constraints.h"
 #include "stages/60_colour_constraints.h"
+#include "stages/60_split_bodies.h"
 #include "stages/65_prepare_contacts.h"
+#include "stages/67_split_masses.h"
+#include "stages/70_solve_batches.h"
+#include "stages/70_solve_splits.h"
 #include "stages/70_solve_velocities.h"
 #include "stages/80_integrate_poses.h"
 #include "stages/90_update_activation.h"
@@ -38,6 +45,21 @@ struct WorldTraits {
 };
 
 WorldTraits traitsOf(const WorldInput& input);
+
+// The stages of Solver::MassSplitting in place of 60 and 70.
+struct SplittingStages {
+  explicit SplittingStages(ComputeDevice& device) : splitBodies(device), splitMasses(device), solveSplits(device) {}
+  SplitBodies splitBodies;
+  SplitMasses splitMasses;
+  SolveSplits solveSplits;
+};
+
+// Those of Solver::TwoLevel.
+struct BatchingStages {
+  explicit BatchingStages(ComputeDevice& device) : batchConstraints(device), solveBatches(device) {}
+  BatchConstraints batchConstraints;
+  SolveBatches solveBatches;
+};
 
 // The order of the stages, Bullet's own (docs/pipeline.md). Nothing in here waits for the device, unless
 // stages run on the host or are held against it.
@@ -76,6 +98,8 @@ class Pipeline {
   ColourConstraints m_colourConstraints;
   PrepareContacts m_prepareContacts;
   SolveVelocities m_solveVelocities;
+  std::unique_ptr<SplittingStages> m_splitting;  // built when a step first wants it
+  std::unique_ptr<BatchingStages> m_batching;    // likewise
   IntegratePoses m_integratePoses;
   UpdateActivation m_updateActivation;
   GatherContacts m_gatherContacts;

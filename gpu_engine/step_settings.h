@@ -18,6 +18,10 @@ enum class Solver : int {
   TwoLevel,       // the paper's two-level batching in place of colours, the rows as in Parity
 };
 
+// Solver::TwoLevel: what constraints are split into groups by, and what is a launch (kernels/lib/batches.h).
+enum class GroupSplit : int { Space, Index };
+enum class BatchLaunches : int { Phase, Batch };
+
 struct StepSettings {
   float timeStep = 1.0f / 60.0f;
   int iterations = 10;
@@ -41,6 +45,8 @@ struct StepSettings {
   bool contacts = false;        // StepResults::contactKeys and ::contacts are wanted
   bool allContacts = false;     // ... with those that did not change since the last step
   Solver solver = Solver::Parity;
+  GroupSplit groupSplit = GroupSplit::Index;
+  BatchLaunches batchLaunches = BatchLaunches::Phase;
   bool keepContacts = false;  // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
 
   // Substeps that follow at once and will want the same settings, one fewer each: the engine may start the next one
@@ -57,7 +63,7 @@ struct StepSettings {
 };
 
 inline bool operator==(const StepSettings& a, const StepSettings& b) {
-  static_assert(sizeof(StepSettings) == 84, "a new setting has to be compared below");
+  static_assert(sizeof(StepSettings) == 92, "a new setting has to be compared below");
   const auto all = [](const StepSettings& s) {
     return std::tie(s.timeStep, s.iterations, s.erp2, s.globalCfm, s.sor, s.splitImpulse,
                     s.splitImpulsePenetrationThreshold, s.splitImpulseTurnErp, s.linearSlop, s.warmStartingFactor,
@@ -65,7 +71,7 @@ inline bool operator==(const StepSettings& a, const StepSettings& b) {
                     s.frictionDirectionCaching, s.velocityDependentFriction, s.interleaveContactAndFriction,
                     s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
                     s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts,
-                    s.solver, s.substepsToFollow);
+                    s.solver, s.groupSplit, s.batchLaunches, s.substepsToFollow);
   };
   return all(a) == all(b);
 }

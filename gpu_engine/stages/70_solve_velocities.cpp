@@ -11,8 +11,9 @@ constexpr const char* kFile = "stages/70_solve_velocities.cl";
 
 }  // namespace
 
-SolveVelocities::SolveVelocities(ComputeDevice& device)
-    : m_inTeam(device.shape() == KernelShape::Cpu),
+SolveVelocities::SolveVelocities(ComputeDevice& device, const char* name)
+    : m_name(name),
+      m_inTeam(device.shape() == KernelShape::Cpu),
       m_solveJointColour(device, kFile, "solveJointColour"),
       m_solveJointsSerial(device, kFile, "solveJointsSerial"),
       m_storeImpulses(device, kFile, "storeImpulses") {
@@ -67,7 +68,7 @@ void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iterati
 }
 
 void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows) {
-  queue.enterStage("70_solve_velocities");
+  queue.enterStage(m_name);
   if (settings.warmStarting) solve(queue, world, {PASS_WARM_START}, 1);
   std::vector<uint> passes = {PASS_NORMAL | PASS_FRICTION}, lastPasses = passes;
   if (!settings.interleaveContactAndFriction) lastPasses = {PASS_NORMAL, PASS_FRICTION};

@@ -19,13 +19,16 @@ namespace btgpu {
 // launch.
 class SolveVelocities {
  public:
-  explicit SolveVelocities(ComputeDevice& device);
+  explicit SolveVelocities(ComputeDevice& device, const char* name = "70_solve_velocities");
+  virtual ~SolveVelocities() = default;
   void enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows);
 
  private:
-  void solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats);
+  // `repeats` times these passes over all contacts.
+  virtual void solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats);
   void solveColours(Queue& queue, DeviceWorld& world, uint passes);
   void solveJoints(Queue& queue, DeviceWorld& world, uint iteration);
+  const char* m_name;
   bool m_inTeam;
   Kernel m_solveInTeam, m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
 };

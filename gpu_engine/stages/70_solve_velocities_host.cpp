@@ -8,7 +8,7 @@ namespace {
 
 class HostSolveVelocities : public HostStage {
  public:
-  HostSolveVelocities() : HostStage("70_solve_velocities") {}
+  explicit HostSolveVelocities(const char* name) : HostStage(name) {}
 
   void compute(StageIo& io) override {
     DeviceWorld& w = io.world;
@@ -42,7 +42,8 @@ class HostSolveVelocities : public HostStage {
             io.read(w.manifolds, io.manifoldCount()),
             {io.read(w.joints, w.jointCount), io.read(w.jointRows), io.read(w.jointEffects),
              io.read(w.jointSolved, w.jointCount), io.read(w.jointOrder, w.jointColours.order.size()),
-             io.read(w.jointImpulses)}};
+             io.read(w.jointImpulses)},
+            {}};
   }
 
   StepParams m_params{};
@@ -53,6 +54,10 @@ class HostSolveVelocities : public HostStage {
 
 }  // namespace
 
-std::unique_ptr<HostStage> hostSolveVelocities() { return std::make_unique<HostSolveVelocities>(); }
+std::unique_ptr<HostStage> hostSolveVelocities() {
+  return std::make_unique<HostSolveVelocities>("70_solve_velocities");
+}
+// The slots lie in the order in which they are solved here too.
+std::unique_ptr<HostStage> hostSolveBatches() { return std::make_unique<HostSolveVelocities>("70_solve_batches"); }
 
 }  // namespace btgpu

@@ -110,6 +110,14 @@ class Solver {
     for (PointRows<Real>& p : m_points) solveTorsion(p);
   }
 
+  void averageCopies() {
+    const std::vector<uint>& first = m_state.copyFirst;
+    for (size_t i = 0; i + 1 < first.size(); ++i) {
+      average(m_velocities, first[i], first[i + 1]);
+      average(m_pushes, first[i], first[i + 1]);
+    }
+  }
+
   void store() {
     for (size_t i = 0; i < m_velocities.size(); ++i) {
       SolverBody& b = m_state.bodies[i];
@@ -131,6 +139,16 @@ class Solver {
     }
     if (!friction || (m_flags & STEP_INTERLEAVE)) return;
     for (size_t i = first; i < end; ++i) solveFriction(m_points[i]);
+  }
+
+  static void average(std::vector<Velocity<Real>>& velocities, size_t first, size_t end) {
+    Velocity<Real> sum;
+    for (size_t i = first; i < end; ++i) {
+      sum.linear = sum.linear + velocities[i].linear;
+      sum.angular = sum.angular + velocities[i].angular;
+    }
+    const Real share = Real(1) / static_cast<Real>(end - first);
+    for (size_t i = first; i < end; ++i) velocities[i] = {sum.linear * share, sum.angular * share};
   }
 
   struct JointRowOf {
@@ -305,9 +323,11 @@ void solveAs(const StepParams& params, int iterations, const std::vector<SlotHea
              const std::vector<SolverMass>& masses, SolveReference& state) {
   Solver<Real> solver(params, slots, masses, state);
   if (params.flags & STEP_WARM_START) solver.warmStart();
+  solver.averageCopies();
   for (int i = 0; i < std::max(iterations, solver.jointIterations()); ++i) {
     solver.iterateJoints(i);
     if (i < iterations) solver.iterate(i == iterations - 1);
+    solver.averageCopies();
   }
   solver.store();
 }

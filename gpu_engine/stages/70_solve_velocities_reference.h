@@ -33,12 +33,15 @@ struct SolveReference {
   std::vector<float> rows, tangent2, torsion;  // laid out as on the device (rows.h)
   std::vector<Manifold> manifolds;             // get the impulses
   JointSolveReference joints;
+  // Of 70_solve_splits, where `bodies` are copies: those of a body are copyFirst[i] ... copyFirst[i + 1] - 1, and are
+  // averaged after warm starting and after each iteration. Empty: nothing is.
+  std::vector<uint> copyFirst = {};
 };
 
 // btSequentialImpulseConstraintSolver::solveSingleIteration for `iterations` times over the slots in their
 // order, with friction rows after the normal rows of their own manifold instead of all but in the last iteration
-// (decision 14), after warm starting, and writeBackContacts; joints go first, and on alone if they want more iterations. Of
-// params only the flags count.
+// (decision 14), after warm starting, and writeBackContacts; joints go first, and on alone if they want more
+// iterations. Of params only the flags count.
 void solveVelocitiesReference(const StepParams& params, int iterations, const std::vector<SlotHeader>& slots,
                               const std::vector<SolverMass>& masses, SolveReference& state);
 

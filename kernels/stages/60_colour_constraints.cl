@@ -7,32 +7,9 @@
 // taken goes to the serial batch. The colours are a pure function of the constraints.
 #include "../lib/colour.h"
 #include "../lib/group_scan.h"
-#include "../shared/body.h"
-#include "../shared/rows.h"
+#include "../lib/slots.h"
 
 #define COLOUR_ROWS (COLOUR_LIMIT + 1)  // parallel colours and the serial batch
-
-// A body that the solver can't move puts no constraints apart.
-static uint movedBody(CHECKS __global const BodyStep* steps, uint body) {
-  return AT(steps, body).angularVelocity.w != 0.0f ? body : NO_INDEX;
-}
-
-static SlotHeader headerOf(CHECKS uint manifold, __global const Manifold* manifolds, __global const BodyStep* steps) {
-  SlotHeader header;
-  header.bodyA = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyA);
-  header.bodyB = movedBody(WITH_CHECKS steps, AT(manifolds, manifold).bodyB);
-  header.manifold = manifold;
-  header.pointCount = AT(manifolds, manifold).pointCount;
-  ASSERT(header.pointCount <= MANIFOLD_POINTS, header.pointCount, manifold);
-  return header;
-}
-
-static SlotHeader emptySlot(void) {
-  SlotHeader header;
-  header.bodyA = header.bodyB = header.manifold = NO_INDEX;
-  header.pointCount = 0;
-  return header;
-}
 
 static ulong takenBy(CHECKS __global const ulong* bodyColours, uint body) {
   return body == NO_INDEX ? 0 : AT(bodyColours, body);
@@ -43,13 +20,6 @@ static void take(CHECKS __global ulong* bodyColours, uint body, uint colour) {
   ASSERT(!(AT(bodyColours, body) >> colour & 1UL), body, colour);  // no body twice in a colour
   AT(bodyColours, body) |= 1UL << colour;
 }
-
-static void fillSlot(CHECKS __global SlotHeader* slots, uint s, SlotHeader header) {
-  AT(slots, s) = header;
-}
-
-static int hasFixedBody(SlotHeader h) { return h.bodyA == NO_INDEX || h.bodyB == NO_INDEX; }
-static uint padded(uint size) { return (size + BTGPU_LANES - 1) / BTGPU_LANES * BTGPU_LANES; }
 
 #ifdef BTGPU_SHAPE_CPU
 

@@ -101,6 +101,78 @@ TEST(HostStages, OthersGiveTheSameMotion) {
   }
 }
 
+// ---- the solver variants
+
+struct Variant {
+  const char* name;
+  btGpuSolver solver;
+  btGpuGroupSplit split;
+  btGpuBatchLaunches launches;
+  btGpuSettings settings() const {
+    btGpuSettings s;
+    s.m_solver = solver;
+    s.m_groupSplit = split;
+    s.m_batchLaunches = launches;
+    return s;
+  }
+};
+
+const Variant kVariants[] = {
+    {"mass_splitting", btGpuSolver::MassSplitting, btGpuGroupSplit::Space, btGpuBatchLaunches::Phase},
+    {"space, phase", btGpuSolver::TwoLevel, btGpuGroupSplit::Space, btGpuBatchLaunches::Phase},
+    {"space, batch", btGpuSolver::TwoLevel, btGpuGroupSplit::Space, btGpuBatchLaunches::Batch},
+    {"index, phase", btGpuSolver::TwoLevel, btGpuGroupSplit::Index, btGpuBatchLaunches::Phase},
+    {"index, batch", btGpuSolver::TwoLevel, btGpuGroupSplit::Index, btGpuBatchLaunches::Batch}};
+
+TEST(HostStages, VariantsAgreeAndAreTheSameTwice) {
+  const std::uint64_t parity = Heap().run().hash();
+  for (const Variant& variant : kVariants) {
+    SCOPED_TRACE(variant.name);
+    btGpuSettings settings = variant.settings();
+    Heap plain(settings), again(settings);
+    const std::uint64_t hash = plain.run().hash();
+    EXPECT_EQ(again.run().hash(), hash);
+    EXPECT_NE(hash, parity) << "another solver";
+    settings.m_checkStages = true;
+    Heap checked(settings);
+    EXPECT_EQ(checked.run().hash(), hash);
+    EXPECT_EQ(checked.statistics().m_deviceSteps, 40u) << checked.report();
+    EXPECT_EQ(checked.statistics().m_stageDifferences, 0u) << checked.statistics().m_firstStageDifference;
+  }
+}
+
+// What is a launch does not show in the result.
+TEST(HostStages, LaunchesOfBatchesDoNotMatter) {
+  EXPECT_EQ(Heap(kVariants[1].settings()).run().hash(), Heap(kVariants[2].settings()).run().hash());
+  EXPECT_EQ(Heap(kVariants[3].settings()).run().hash(), Heap(kVariants[4].settings()).run().hash());
+  EXPECT_NE(Heap(kVariants[1].settings()).run().hash(), Heap(kVariants[3].settings()).run().hash());
+}
+
+TEST(HostStages, TwoLevelByTheEnvironment) {
+  const std::uint64_t expected = Heap(kVariants[4].settings()).run().hash();
+  const ScopedVariable solver("BTGPU_SOLVER", "two_level"), words("BTGPU_TWO_LEVEL", "batch,index");
+  EXPECT_EQ(Heap().run().hash(), expected);
+}
+
+TEST(HostStages, VariantsOnTheHost) {
+  for (const Variant& variant : {kVariants[0], kVariants[1], kVariants[3]}) {
+    SCOPED_TRACE(variant.name);
+    btGpuSettings settings = variant.settings();
+    const std::uint64_t hash = Heap(settings).run().hash();
+    Heap plain(settings);
+    plain.run(5);
+    settings.m_hostStages = "60";
+    EXPECT_EQ(Heap(settings).run().hash(), hash) << "integers and copies";
+    settings.m_hostStages = "60,65,67,70";
+    settings.m_checkStages = true;
+    Heap heap(settings);
+    heap.run(5);
+    EXPECT_NEAR(heap.height(), plain.height(), 1e-3);
+    EXPECT_EQ(heap.statistics().m_stockSteps, 0u) << heap.report();
+    EXPECT_EQ(heap.statistics().m_stageDifferences, 0u) << heap.statistics().m_firstStageDifference;
+  }
+}
+
 TEST(HostStages, TurnedOnByConfigure) {
   const ChangedKernels kernels("stages/80_integrate_poses.cl", "if (dynamic && isActiveState",
                                "if (i != 15 && dynamic && isActiveState");

@@ -35,14 +35,18 @@ struct Seen {
   bool prefetched;
 };
 
+// Those with stages of their own.
+const Solver kSolvers[] = {Solver::Parity, Solver::MassSplitting, Solver::TwoLevel};
+
 // Steps a world in an engine of its own, made with the environment as it is.
-std::vector<Seen> stepEngine(WorldInput input, int steps, int substeps) {
+std::vector<Seen> stepEngine(WorldInput input, int steps, int substeps, Solver solver = Solver::Parity) {
   WorldEngine engine({});
   StepResults results;
   std::vector<Seen> seen;
   for (int i = 0; i < steps; ++i) {
     StepSettings settings;
     settings.contacts = true;
+    settings.solver = solver;
     settings.substepsToFollow = (steps - 1 - i) % substeps;
     engine.begin(input, settings);
     engine.finish(results);
@@ -159,27 +163,32 @@ class CaptureTest : public DeviceTest {
 };
 
 TEST_F(CaptureTest, EveryStageOfAStep) {
-  const ScopedVariable what("BTGPU_CAPTURE", "all@2"), where("BTGPU_CAPTURE_FILE", m_folder.path().string());
-  stepEngine(mixedWorldWithJoints(), 4, 1);
+  std::set<std::string> captured;
+  for (const Solver solver : kSolvers) {
+    const TemporaryFolder folder;
+    const ScopedVariable what("BTGPU_CAPTURE", "all@2"), where("BTGPU_CAPTURE_FILE", folder.path().string());
+    stepEngine(mixedWorldWithJoints(), 4, 1, solver);
+    expectAllIdentical(folder.path());
+    captured.merge(stemsIn(folder.path()));
+  }
   auto stems = stagesWithKernels();
   stems.erase("05_follow_substep");  // see SubstepsAhead
   stems.insert("95_send_contacts");
-  EXPECT_EQ(stemsIn(m_folder.path()), stems);
-  expectAllIdentical(m_folder.path());
+  EXPECT_EQ(captured, stems);
 }
 
 // Every kernel in kernels/stages, those of the other shape apart, is in some capture, and its replay leaves the same
 // bits. Of a new kernel that none of these worlds launches, this test gives the name.
 TEST_F(CaptureTest, EveryKernelOfEveryStage) {
   std::set<std::string> launched;
-  const auto capture = [&](const WorldInput& input, int substeps) {
+  const auto capture = [&](const WorldInput& input, int substeps, Solver solver = Solver::Parity) {
     const TemporaryFolder folder;
     const ScopedVariable what("BTGPU_CAPTURE", "all@0,all@2"), where("BTGPU_CAPTURE_FILE", folder.path().string());
-    stepEngine(input, 3, substeps);
+    stepEngine(input, 3, substeps, solver);
     expectAllIdentical(folder.path());
     for (const auto& entry : fs::directory_iterator(folder.path())) addKernels(readCapture(entry.path()), launched);
   };
-  capture(mixedWorldWithJoints(JOINT_COLOUR_LIMIT + 2), 1);
+  for (const Solver solver : kSolvers) capture(mixedWorldWithJoints(JOINT_COLOUR_LIMIT + 2), 1, solver);
   capture(mixedWorld(), 3);
   for (const auto& [path, text] : embeddedKernels()) {
     if (path.rfind("kernels/stages/", 0) != 0) continue;

@@ -110,6 +110,30 @@ ContactScene randomContacts(std::mt19937& random, const RandomContacts& what) {
   return scene;
 }
 
+std::vector<uint> constraintsOf(const ContactScene& scene, const std::vector<BodyStep>& steps) {
+  std::vector<uint> constraints;
+  for (uint m = 0; m < scene.manifolds.size(); ++m) {
+    const uint a = scene.manifolds[m].bodyA, b = scene.manifolds[m].bodyB;
+    if (steps[a].angularVelocity.w != 0 || steps[b].angularVelocity.w != 0) constraints.push_back(m);
+  }
+  return constraints;
+}
+
+void writeConstraints(StageBench& bench, const ContactScene& scene, size_t slots) {
+  DeviceWorld& world = bench.world();
+  Capacities room = world.capacities;
+  room.slots = slots;
+  world.reserve(bench.queue(), room, scene.settings.twoFrictionDirections, scene.torsionRows);
+  const std::vector<uint> constraints = constraintsOf(scene, bench.read(world.steps, world.bodyCount));
+  StepCounters counters{};
+  counters.constraintCount = static_cast<uint>(constraints.size());
+  bench.setCounters(counters);
+  bench.write(world.constraintCount, {counters.constraintCount});
+  bench.write(world.constraints, constraints);
+  bench.poison(world.slots);
+  bench.poison(world.slotFirst);
+}
+
 std::unique_ptr<StageBench> benchForContacts(Queue& queue, const ContactScene& scene) {
   const WorldInput input = scene.builder.finish();
   Capacities room;
@@ -123,11 +147,7 @@ std::unique_ptr<StageBench> benchForContacts(Queue& queue, const ContactScene& s
   bench->run<ApplyForces>();
 
   const auto steps = bench->read(world.steps, input.bodyCount);
-  std::vector<uint> constraints;
-  for (uint m = 0; m < scene.manifolds.size(); ++m) {
-    const uint a = scene.manifolds[m].bodyA, b = scene.manifolds[m].bodyB;
-    if (steps[a].angularVelocity.w != 0 || steps[b].angularVelocity.w != 0) constraints.push_back(m);
-  }
+  const std::vector<uint> constraints = constraintsOf(scene, steps);
   const ColoursReference colours = colourConstraintsReference(constraints, scene.manifolds, steps);
   StepCounters counters = bench->counters();
   counters.constraintCount = static_cast<uint>(constraints.size());

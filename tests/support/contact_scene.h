@@ -39,6 +39,11 @@ ContactScene randomContacts(std::mt19937& random, const RandomContacts& what);
 // the rows of all of them. Manifolds that neither body of can move get no slot.
 std::unique_ptr<StageBench> benchForContacts(Queue& queue, const ContactScene& scene);
 
+// Makes the bench what stage 60 finds in a step: the manifolds with a body that moves are its constraints. With room
+// for so many slots.
+void writeConstraints(StageBench& bench, const ContactScene& scene, size_t slots);
+std::vector<uint> constraintsOf(const ContactScene& scene, const std::vector<BodyStep>& steps);
+
 // The same for the references: reads back what the bench was given.
 PrepareInput prepareInput(StageBench& bench, const ContactScene& scene);
 

@@ -21,6 +21,7 @@ Command addScenesCommand(CLI::App& tool);
 Command addCompareCommand(CLI::App& tool);
 Command addCrosscheckCommand(CLI::App& tool);
 Command addBenchCommand(CLI::App& tool);
+Command addConvergenceCommand(CLI::App& tool);
 Command addReplayCommand(CLI::App& tool);
 Command addProfileCommand(CLI::App& tool);
 

@@ -10,8 +10,10 @@
 namespace btgpu {
 namespace {
 
-constexpr double kWidth = 640, kHeight = 400, kLeft = 70, kRight = 90, kTop = 40, kBottom = 50;
-const char* const kColours[] = {"#1f5fbf", "#c2571a", "#2e8540", "#7a3fb0"};
+constexpr double kWidth = 640, kHeight = 400, kLeft = 70, kRight = 130, kTop = 40, kBottom = 50;
+const char* const kColours[] = {"#1f5fbf", "#c2571a", "#2e8540", "#7a3fb0", "#555555", "#a08000"};
+
+const char* colourOf(size_t line) { return kColours[line % (sizeof kColours / sizeof *kColours)]; }
 
 // Whole decades that hold all values.
 struct Decades {
@@ -65,20 +67,50 @@ std::string grid(const Decades& x, const Decades& y) {
   return svg;
 }
 
+struct Place {
+  double x = 0, y = 0;
+};
+
+// Where the line ends.
+Place endOf(const LogLine& line, const Decades& x, const Decades& y) {
+  Place end;
+  for (const LogPoint& p : line.points) {
+    if (p.x > 0 && p.y > 0) end = {xAt(x.place(p.x)), yAt(y.place(p.y))};
+  }
+  return end;
+}
+
 std::string drawn(const LogLine& line, const char* colour, const Decades& x, const Decades& y) {
   std::string svg, path;
-  double endX = 0, endY = 0;
   for (const LogPoint& p : line.points) {
     if (!(p.x > 0) || !(p.y > 0)) continue;
-    endX = xAt(x.place(p.x));
-    endY = yAt(y.place(p.y));
-    path += fmt::format("{:.1f},{:.1f} ", endX, endY);
-    svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", endX, endY, colour);
+    const double atX = xAt(x.place(p.x)), atY = yAt(y.place(p.y));
+    path += fmt::format("{:.1f},{:.1f} ", atX, atY);
+    svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", atX, atY, colour);
   }
   if (path.empty()) return svg;
-  svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", path, colour);
-  return svg +
-         fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"{}\">{}</text>\n", endX + 8, endY + 4, colour, line.name);
+  return svg + fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", path, colour);
+}
+
+// Names at the lines' ends, one below the other where these lie close together.
+std::string names(const std::vector<LogLine>& lines, const Decades& x, const Decades& y) {
+  constexpr double kLineHeight = 15;
+  std::vector<size_t> order;
+  for (size_t i = 0; i < lines.size(); ++i) {
+    if (endOf(lines[i], x, y).x > 0) order.push_back(i);
+  }
+  std::sort(order.begin(), order.end(),
+            [&](size_t a, size_t b) { return endOf(lines[a], x, y).y < endOf(lines[b], x, y).y; });
+  std::string svg;
+  double free = 0;
+  for (const size_t i : order) {
+    const Place end = endOf(lines[i], x, y);
+    const double at = std::max(end.y + 4, free);
+    free = at + kLineHeight;
+    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"{}\">{}</text>\n", end.x + 8, at, colourOf(i),
+                       lines[i].name);
+  }
+  return svg;
 }
 
 }  // namespace
@@ -92,10 +124,8 @@ std::string logPlot(const std::string& title, const std::string& xName, const st
       kWidth, kHeight);
   svg += text(kLeft, 24, "start", title) + grid(x, y);
   svg += text(xAt(0.5), kHeight - 12, "middle", xName) + text(8, kTop - 8 + 4, "start", yName);
-  for (size_t i = 0; i < lines.size(); ++i) {
-    svg += drawn(lines[i], kColours[i % (sizeof kColours / sizeof *kColours)], x, y);
-  }
-  return svg + "</svg>\n";
+  for (size_t i = 0; i < lines.size(); ++i) svg += drawn(lines[i], colourOf(i), x, y);
+  return svg + names(lines, x, y) + "</svg>\n";
 }
 
 }  // namespace btgpu

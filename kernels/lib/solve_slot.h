@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Stage 70's passes over the rows of one slot (docs/decisions/0014-friction-after-each-manifold.md), and on the CPU
+// shape over BTGPU_WIDE slots at once. OpenCL C only.
+#ifndef BTGPU_LIB_SOLVE_SLOT_H
+#define BTGPU_LIB_SOLVE_SLOT_H
+#include "kernel.h"
+#include "rows.h"
+#ifdef BTGPU_SHAPE_CPU
+#include "solve_wide.h"
+#endif
+
+STRUCT(SlotRows) {
+  __global float* points;    // field 0 of the slot's rows
+  __global float* tangent2;
+  __global float* torsion;
+};
+
+static SlotBodies loadBodies(CHECKS SlotHeader h, __global const SolverBody* bodies,
+                             __global const SolverMass* masses) {
+  SlotBodies s;
+  s.linearA = s.angularA = s.linearB = s.angularB = vec3(0.0f, 0.0f, 0.0f);
+  s.massA.row0 = s.massA.row1 = s.massA.row2 = vec3(0.0f, 0.0f, 0.0f);
+  s.massB = s.massA;
+  if (h.bodyA != NO_INDEX) {
+    s.linearA = AT(bodies, h.bodyA).deltaLinear;
+    s.angularA = AT(bodies, h.bodyA).deltaAngular;
+    s.massA = AT(masses, h.bodyA);
+  }
+  if (h.bodyB != NO_INDEX) {
+    s.linearB = AT(bodies, h.bodyB).deltaLinear;
+    s.angularB = AT(bodies, h.bodyB).deltaAngular;
+    s.massB = AT(masses, h.bodyB);
+  }
+  return s;
+}
+
+static void storeBodies(CHECKS SlotHeader h, const SlotBodies* s, __global SolverBody* bodies) {
+  if (h.bodyA != NO_INDEX) {
+    AT(bodies, h.bodyA).deltaLinear = s->linearA;
+    AT(bodies, h.bodyA).deltaAngular = s->angularA;
+  }
+  if (h.bodyB != NO_INDEX) {
+    AT(bodies, h.bodyB).deltaLinear = s->linearB;
+    AT(bodies, h.bodyB).deltaAngular = s->angularB;
+  }
+}
+
+// The rows of a contact point, but for the torsional ones. A slot's are all fetched before the first is solved: each
+// fetch takes far longer than a row, and none may overtake the store of an impulse.
+STRUCT(PointRows) {
+  float4 normal, ra, rb, tangent1, tangent2;
+  float jac, rhs, cfm, impulse, friction;
+  float pushRhs, pushImpulse;
+  float jac1, rhs1, impulse1, jac2, rhs2, impulse2;  // tangents
+};
+
+static __global float* pointRows(SlotRows rows, uint k) { return rows.points + k * POINT_FIELDS * BTGPU_LANES; }
+static __global float* tangent2Rows(SlotRows rows, uint k) {
+  return rows.tangent2 + k * TANGENT2_FIELDS * BTGPU_LANES;
+}
+
+static void fetchPoint(SlotRows rows, uint k, uint passes, PointRows* r) {
+  __global const float* p = pointRows(rows, k);
+  r->normal = loadField3(p, ROW_NORMAL);
+  r->ra = loadField3(p, ROW_R_A);
+  r->rb = loadField3(p, ROW_R_B);
+  r->impulse = loadField(p, ROW_NORMAL_IMPULSE);
+  if (passes & PASS_NORMAL) {
+    r->jac = loadField(p, ROW_NORMAL_JAC);
+    r->rhs = loadField(p, ROW_NORMAL_RHS);
+    r->cfm = loadField(p, ROW_NORMAL_CFM);
+    r->pushRhs = loadField(p, ROW_PUSH_RHS);
+    r->pushImpulse = loadField(p, ROW_PUSH_IMPULSE);
+  }
+  if (!(passes & PASS_FRICTION)) return;
+  r->friction = loadField(p, ROW_FRICTION);
+  r->tangent1 = loadField3(p, ROW_TANGENT1);
+  r->jac1 = loadField(p, ROW_TANGENT1_JAC);
+  r->rhs1 = loadField(p, ROW_TANGENT1_RHS);
+  r->impulse1 = loadField(p, ROW_TANGENT1_IMPULSE);
+  if (!rows.tangent2) return;
+  __global const float* q = tangent2Rows(rows, k);
+  r->tangent2 = loadField3(q, ROW_TANGENT2);
+  r->jac2 = loadField(q, ROW_TANGENT2_JAC);
+  r->rhs2 = loadField(q, ROW_TANGENT2_RHS);
+  r->impulse2 = loadField(q, ROW_TANGENT2_IMPULSE);
+}
+
+static void storeImpulsesOf(SlotRows rows, uint k, uint passes, const PointRows* r) {
+  __global float* p = pointRows(rows, k);
+  if (passes & PASS_NORMAL) storeField(p, ROW_NORMAL_IMPULSE, r->impulse);
+  if (!(passes & PASS_FRICTION)) return;
+  storeField(p, ROW_TANGENT1_IMPULSE, r->impulse1);
+  if (rows.tangent2) storeField(tangent2Rows(rows, k), ROW_TANGENT2_IMPULSE, r->impulse2);
+}
+
+static void solveFriction(int twoDirections, PointRows* r, SlotBodies* s) {
+  if (!(r->impulse > 0.0f)) return;
+  const float limit = r->friction * r->impulse;
+  r->impulse1 = solveRow(s, r->tangent1, r->ra, r->rb, r->jac1, r->rhs1, 0.0f, r->impulse1, -limit, limit);
+  if (!twoDirections) return;
+  r->impulse2 = solveRow(s, r->tangent2, r->ra, r->rb, r->jac2, r->rhs2, 0.0f, r->impulse2, -limit, limit);
+}
+
+static void solveTorsionRows(SlotRows rows, uint k, float normalImpulse, SlotBodies* s) {
+  if (!(normalImpulse > 0.0f)) return;
+  for (uint r = 0; r < TORSION_ROWS; ++r) {
+    __global float* t = rows.torsion + (k * TORSION_ROWS + r) * TORSION_FIELDS * BTGPU_LANES;
+    const float friction = loadField(t, ROW_TORSION_FRICTION);
+    if (!(friction > 0.0f)) continue;
+    // Bullet's limit: in proportion to the normal impulse, but never above the coefficient itself.
+    const float limit = fmin(friction * normalImpulse, friction);
+    const float impulse = solveTorsion(s, loadField3(t, ROW_TORSION_AXIS), loadField(t, ROW_TORSION_JAC),
+                                       loadField(t, ROW_TORSION_RHS), loadField(t, ROW_TORSION_IMPULSE), limit);
+    storeField(t, ROW_TORSION_IMPULSE, impulse);
+  }
+}
+
+// Split impulse: removes penetration by velocities that move the pose once and are then forgotten.
+static void solvePush(CHECKS SlotHeader h, SlotRows rows, __global SolverBody* bodies, const PointRows* points,
+                      SlotBodies s) {
+  int pushed = 0;
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) pushed |= k < h.pointCount && points[k].pushRhs != 0.0f;
+  if (!pushed) return;
+  s.linearA = s.angularA = s.linearB = s.angularB = vec3(0.0f, 0.0f, 0.0f);
+  if (h.bodyA != NO_INDEX) {
+    s.linearA = AT(bodies, h.bodyA).pushLinear;
+    s.angularA = AT(bodies, h.bodyA).turnAngular;
+  }
+  if (h.bodyB != NO_INDEX) {
+    s.linearB = AT(bodies, h.bodyB).pushLinear;
+    s.angularB = AT(bodies, h.bodyB).turnAngular;
+  }
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k >= h.pointCount || points[k].pushRhs == 0.0f) continue;
+    const PointRows p = points[k];
+    const float impulse =
+        solveRow(&s, p.normal, p.ra, p.rb, p.jac, p.pushRhs, p.cfm, p.pushImpulse, 0.0f, INFINITY);
+    storeField(pointRows(rows, k), ROW_PUSH_IMPULSE, impulse);
+  }
+  if (h.bodyA != NO_INDEX) {
+    AT(bodies, h.bodyA).pushLinear = s.linearA;
+    AT(bodies, h.bodyA).turnAngular = s.angularA;
+  }
+  if (h.bodyB != NO_INDEX) {
+    AT(bodies, h.bodyB).pushLinear = s.linearB;
+    AT(bodies, h.bodyB).turnAngular = s.angularB;
+  }
+}
+
+// Loops have a fixed length so that `points` can be kept in registers.
+static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
+                      __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                      __global float* tangent2, __global float* torsion) {
+  const SlotHeader h = AT(slots, slot);
+  if (h.manifold == NO_INDEX) return;
+  ASSERT(h.pointCount <= MANIFOLD_POINTS, h.pointCount, slot);
+  SlotRows r;
+  r.points = rows + slotBase(slot, SLOT_FIELDS);
+  r.tangent2 = flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
+  r.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
+  const int twoDirections = r.tangent2 != 0;
+  const int pointwise = (passes & PASS_FRICTION) && (flags & STEP_INTERLEAVE);
+  PointRows points[MANIFOLD_POINTS];
+#pragma unroll
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k < h.pointCount) fetchPoint(r, k, passes, &points[k]);
+  }
+  SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
+#pragma unroll
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k >= h.pointCount) continue;
+    PointRows* p = &points[k];
+    if (passes & PASS_WARM_START) applyRowImpulse(&s, p->normal, p->ra, p->rb, p->impulse);
+    if (passes & PASS_NORMAL) {
+      p->impulse = solveRow(&s, p->normal, p->ra, p->rb, p->jac, p->rhs, p->cfm, p->impulse, 0.0f, INFINITY);
+    }
+    if (pointwise) solveFriction(twoDirections, p, &s);
+    if (passes & PASS_TORSION) solveTorsionRows(r, k, p->impulse, &s);
+  }
+#pragma unroll
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k < h.pointCount && (passes & PASS_FRICTION) && !pointwise) solveFriction(twoDirections, &points[k], &s);
+  }
+  storeBodies(WITH_CHECKS h, &s, bodies);
+#pragma unroll
+  for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
+    if (k < h.pointCount) storeImpulsesOf(r, k, passes, &points[k]);
+  }
+  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(WITH_CHECKS h, r, bodies, points, s);
+}
+
+#ifdef BTGPU_SHAPE_CPU
+
+// What a work item takes at once: BTGPU_WIDE slots in vectors, but for torsional rows.
+static uint slotsAtOnce(uint passes) { return passes & PASS_TORSION ? 1 : BTGPU_WIDE; }
+
+static void solveSlots(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
+                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                       __global float* tangent2, __global float* torsion) {
+  if (passes & PASS_TORSION) {
+    solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    return;
+  }
+#ifdef BTGPU_DEBUG
+  // The vector code checks nothing: what is wrong goes slot by slot, where it is recorded.
+  for (uint i = slot; i < slot + BTGPU_WIDE; ++i) {
+    const SlotHeader h = AT(slots, i);
+    const uint count = LENGTH(bodies);
+    if (h.pointCount <= MANIFOLD_POINTS && (h.bodyA == NO_INDEX || h.bodyA < count) &&
+        (h.bodyB == NO_INDEX || h.bodyB < count)) {
+      continue;
+    }
+    for (i = slot; i < slot + BTGPU_WIDE; ++i) {
+      solveSlot(WITH_CHECKS i, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+    }
+    return;
+  }
+#endif
+  solveWide(passes, flags, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
+            flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
+}
+
+#endif
+
+#endif
