@@ -432,7 +432,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     state->contacts.forget();
   }
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
-  settings.solver = btgpu::solverOf(state->settings);
+  btgpu::chooseSolver(state->settings, settings);
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
@@ -484,6 +484,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
                           !state->settings.m_hostQueries);
   }
   state->contactsBehind = contacts && !last;
+  if (settings.solver == btgpu::Solver::Fast) state->joints.remember(state->results.jointImpulses);
   btgpu::writeBackJoints(*this, state->joints, input, state->results, timeStep);
   btgpu::writeBackBodies(state->reader, state->results, timeStep);
   state->reader.acceptResults(state->results);

@@ -84,7 +84,7 @@ struct btGpuCrosscheckSummary {
 /// How contacts and joints are solved.
 enum class btGpuSolver {
   Parity,         ///< as Bullet's own solver: projected Gauss-Seidel over coloured constraints
-  Fast,           ///< soft constraints in substeps
+  Fast,           ///< soft constraints in substeps (docs/fast_mode.md)
   MassSplitting,  ///< Jacobi with split masses
   TwoLevel,       ///< Gauss-Seidel over the batches of the paper's two-level batching
 };
@@ -101,6 +101,13 @@ struct btGpuSettings {
   bool m_contacts = true;
   /// Unset: as the environment variable BTGPU_SOLVER says (parity, fast, mass_splitting or two_level), else Parity.
   std::optional<btGpuSolver> m_solver;
+  /// Of btGpuSolver::Fast: substeps that each step is solved in, 1 to 64. More make joints and piles stiffer, and cost
+  /// time in proportion.
+  int m_fastSubsteps = 4;
+  /// Of btGpuSolver::Fast: how stiff contacts are, as a damped spring on the masses that touch: its frequency (in 1 /
+  /// time unit, twice that against a fixed body, at most a quarter of the substeps' own rate) and damping ratio; and
+  /// the speed, in length / time unit, at which penetration is pushed out at most. All > 0.
+  btScalar m_fastContactHertz = btScalar(30), m_fastContactDampingRatio = btScalar(10), m_fastPushSpeed = btScalar(3);
   /// Runs everything on Bullet's own CPU path.
   bool m_stockOnly = false;
   /// A world whose step is less work than this many contact manifolds (eight moving bodies count as one more) steps on

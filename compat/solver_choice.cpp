@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "solver_choice.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <mutex>
 
@@ -53,6 +55,17 @@ Solver solverOf(const btGpuSettings& settings) {
     std::fprintf(stderr, "btgpu: BTGPU_SOLVER=%s is no solver; parity, fast, mass_splitting, two_level are\n", wanted);
   });
   return Solver::Parity;
+}
+
+void chooseSolver(const btGpuSettings& settings, StepSettings& step) {
+  step.solver = solverOf(settings);
+  step.substeps = std::clamp(settings.m_fastSubsteps, 1, 64);
+  const auto orDefault = [](btScalar wanted, float& value) {
+    if (wanted > btScalar(0) && std::isfinite(static_cast<float>(wanted))) value = static_cast<float>(wanted);
+  };
+  orDefault(settings.m_fastContactHertz, step.contactHertz);
+  orDefault(settings.m_fastContactDampingRatio, step.contactDampingRatio);
+  orDefault(settings.m_fastPushSpeed, step.pushSpeed);
 }
 
 }  // namespace btgpu

@@ -17,5 +17,7 @@ const char* nameOf(btGpuSolver solver);
 
 // As the settings say, else the environment.
 Solver solverOf(const btGpuSettings& settings);
+// Into the settings of a step, with those of the fast mode.
+void chooseSolver(const btGpuSettings& settings, StepSettings& step);
 
 }  // namespace btgpu

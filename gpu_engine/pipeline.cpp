@@ -80,8 +80,13 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   if (world.jointCount > 0) stage("52_prepare_joints", m_prepareJoints);
   stage("55_build_islands", m_buildIslands);
   stage("60_colour_constraints", m_colourConstraints);
-  stage("65_prepare_contacts", m_prepareContacts);
-  stage("70_solve_velocities", m_solveVelocities, settings, traits.torsionRows);
+  if (settings.solver == Solver::Fast) {
+    stage("65_prepare_soft_contacts", m_prepareSoftContacts);
+    stage("70_solve_substeps", m_solveSubsteps, settings);
+  } else {
+    stage("65_prepare_contacts", m_prepareContacts);
+    stage("70_solve_velocities", m_solveVelocities, settings, traits.torsionRows);
+  }
   stage("80_integrate_poses", m_integratePoses);
   stage("90_update_activation", m_updateActivation);
   if (settings.sendsContacts()) stage("95_gather_contacts", m_gatherContacts, settings.allContacts);

@@ -20,6 +20,8 @@
 #include "stages/55_build_islands.h"
 #include "stages/60_colour_constraints.h"
 #include "stages/65_prepare_contacts.h"
+#include "stages/65_prepare_soft_contacts.h"
+#include "stages/70_solve_substeps.h"
 #include "stages/70_solve_velocities.h"
 #include "stages/80_integrate_poses.h"
 #include "stages/90_update_activation.h"
@@ -76,6 +78,8 @@ class Pipeline {
   ColourConstraints m_colourConstraints;
   PrepareContacts m_prepareContacts;
   SolveVelocities m_solveVelocities;
+  PrepareSoftContacts m_prepareSoftContacts;
+  SolveSubsteps m_solveSubsteps;
   IntegratePoses m_integratePoses;
   UpdateActivation m_updateActivation;
   GatherContacts m_gatherContacts;

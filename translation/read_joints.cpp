@@ -5,8 +5,10 @@
 #include <BulletDynamics/ConstraintSolver/btHinge2Constraint.h>
 #include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
 
+#include <algorithm>
 #include <cfloat>
 #include <cstring>
+#include <unordered_map>
 
 #include "../gpu_engine/zone.h"
 #include "../kernels/lib/motion.h"
@@ -72,8 +74,13 @@ bool isDamped(const WorldReader& reader, std::uint32_t slot, const btRigidBody& 
 
 void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing) {
   WorldInput& input = reader.input();
+  m_last.constraints.swap(m_constraints);
+  m_last.joints.swap(input.joints);
+  m_last.impulses.swap(m_impulses);
+  m_impulses.clear();
   input.joints.clear();
   input.jointRows.clear();
+  input.jointImpulses.clear();
   m_constraints.clear();
   m_evaluated.clear();
   for (int i = 0; i < world.getNumConstraints(); ++i) readJoint(*world.getConstraint(i), reader, missing);
@@ -109,6 +116,31 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   for (std::size_t i = 0; i < m_constraints.size(); ++i) {
     if (input.joints[i].rowCount > 0) makeRows(*m_constraints[i], info, timeStep, input.joints[i]);
   }
+  recallImpulses(input);
+}
+
+// Rows are those of the last step if a joint's are as many and of the same kinds.
+void JointReader::recallImpulses(WorldInput& input) {
+  if (m_last.impulses.empty()) return;
+  const std::size_t none = m_last.constraints.size();
+  input.jointImpulses.assign(input.jointRows.size(), 0.0f);
+  std::unordered_map<const btTypedConstraint*, std::size_t> places;
+  bool looked = false;
+  const auto placeOf = [&](std::size_t i) {  // in the last step: usually the same
+    if (i < m_last.constraints.size() && m_last.constraints[i] == m_constraints[i]) return i;
+    for (std::size_t k = 0; !looked && k < m_last.constraints.size(); ++k) places.emplace(m_last.constraints[k], k);
+    looked = true;
+    const auto found = places.find(m_constraints[i]);
+    return found == places.end() ? none : found->second;
+  };
+  for (std::size_t i = 0; i < m_constraints.size(); ++i) {
+    const Joint& now = input.joints[i];
+    const std::size_t place = now.rowCount > 0 ? placeOf(i) : none;
+    if (place == none) continue;
+    const Joint& then = m_last.joints[place];
+    if (then.rowCount != now.rowCount || then.equalRows != now.equalRows || then.boundRows != now.boundRows) continue;
+    std::copy_n(m_last.impulses.begin() + then.firstRow, now.rowCount, input.jointImpulses.begin() + now.firstRow);
+  }
 }
 
 // Everything of a joint but its rows.
@@ -121,8 +153,8 @@ void JointReader::readJoint(btTypedConstraint& constraint, WorldReader& reader, 
   joint.damping = 1.0f;
   joint.leastMobility = static_cast<float>(SIMD_EPSILON);
   bool quarantined = false;
-  const auto readEnd = [&](const btRigidBody& body, uint& moved, uint& island) {
-    moved = island = NO_INDEX;
+  const auto readEnd = [&](const btRigidBody& body, uint& moved, uint& island, uint& held) {
+    moved = island = held = NO_INDEX;
     const std::uint32_t slot = reader.slotOf(body);
     if (slot == kNoSlot) {
       if (joint.enabled && (!body.isStaticOrKinematicObject() || body.getInvMass() != btScalar(0))) {
@@ -132,11 +164,12 @@ void JointReader::readJoint(btTypedConstraint& constraint, WorldReader& reader, 
     }
     const uint flags = input.infos.values[slot].flags;
     quarantined = quarantined || (flags & BODY_QUARANTINED);
+    held = slot;
     if (solverMoves(flags, input.masses.values[slot].inverseInertiaLocal)) moved = slot;
     if (!body.isStaticOrKinematicObject()) island = slot;
   };
-  readEnd(constraint.getRigidBodyA(), joint.bodyA, joint.islandA);
-  readEnd(constraint.getRigidBodyB(), joint.bodyB, joint.islandB);
+  readEnd(constraint.getRigidBodyA(), joint.bodyA, joint.islandA, joint.heldA);
+  readEnd(constraint.getRigidBodyB(), joint.bodyB, joint.islandB, joint.heldB);
   if (quarantined) joint.enabled = 0;
   m_constraints.push_back(&constraint);
   m_evaluated.push_back(!quarantined && (joint.islandA != NO_INDEX || joint.islandB != NO_INDEX));
@@ -184,6 +217,9 @@ void JointReader::makeRows(btTypedConstraint& constraint, const btContactSolverI
     if (joint.bodyB == NO_INDEX) {
       held += speedAlong(constraint.getRigidBodyB(), row.m_contactNormal2, row.m_relpos2CrossNormal);
     }
+    const bool noLower = row.m_lowerLimit <= -SIMD_INFINITY, noUpper = row.m_upperLimit >= SIMD_INFINITY;
+    if (r < 32 && noLower && noUpper) joint.equalRows |= 1u << r;
+    if (r < 32 && noLower != noUpper) joint.boundRows |= 1u << r;
     const btScalar upper = row.m_upperLimit >= breaking ? breaking : row.m_upperLimit;
     const btScalar lower = row.m_lowerLimit <= -breaking ? -breaking : row.m_lowerLimit;
     m_out->push_back({toFloat4(row.m_contactNormal1, static_cast<float>(row.m_rhs - held * info2.m_damping)),

@@ -17,10 +17,14 @@ class JointReader {
   // and then no joint has been touched.
   void read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing);
 
+  // After a step on the device: the impulses by row, for the next step to start with.
+  void remember(const std::vector<float>& impulses) { m_impulses = impulses; }
+
   // The constraints that joints[i] of the input were made from.
   const std::vector<btTypedConstraint*>& constraints() const { return m_constraints; }
 
  private:
+  void recallImpulses(WorldInput& input);
   void readJoint(btTypedConstraint& constraint, WorldReader& reader, FallbackList& missing);
   void makeRows(btTypedConstraint& constraint, const btContactSolverInfo& info, btScalar timeStep, Joint& joint);
 
@@ -28,6 +32,12 @@ class JointReader {
   std::vector<char> m_evaluated;  // by joint: in an island, so that stock would set it up if that is awake
   btAlignedObjectArray<btSolverConstraint> m_rows;  // of one joint
   std::vector<JointRow>* m_out = nullptr;
+  std::vector<float> m_impulses;  // remembered
+  struct Last {
+    std::vector<btTypedConstraint*> constraints;  // compared, never looked into
+    std::vector<Joint> joints;
+    std::vector<float> impulses;
+  } m_last;  // of the last step
 };
 
 BTGPU_TRANSLATION_END
