@@ -15,8 +15,8 @@ void PrepareSoftContacts::enqueue(Queue& queue, DeviceWorld& world) {
   m_prepareBodies.launch(queue, queue.device().grid(bodies), bodies, world.counters, world.params, world.steps,
                          world.masses, world.solverBodies, world.solverMasses, world.substepStarts);
   m_prepareContacts.launch(queue, queue.device().grid(slots), slots, world.counters, world.params, world.slots,
-                           world.infos, world.poses, world.steps, world.masses, world.materials, world.manifolds,
-                           world.softRows, world.rolls);
+                           world.infos, world.poses, world.steps, world.masses, world.materials, world.solverMasses,
+                           world.manifolds, world.softRows, world.rolls);
 }
 
 }  // namespace btgpu

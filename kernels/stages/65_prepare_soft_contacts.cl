@@ -3,6 +3,9 @@
 // Fast mode (docs/fast_mode.md): bodies and rows as the substeps of stage 70 want them.
 #include "../lib/kernel.h"
 #include "../lib/soft.h"
+#ifdef BTGPU_SHAPE_CPU
+#include "../lib/prepare_soft_wide.h"
+#endif
 
 // The solver's bodies with whole velocities, as the first substep begins, and no motion yet.
 KERNEL prepareSoftBodies(uint bodyCount, __global const StepCounters* counters, __global const StepParams* params,
@@ -37,10 +40,10 @@ STRUCT(SoftEnd) {
 
 static SoftEnd makeSoftEnd(CHECKS uint i, int held, __global const BodyInfo* infos, __global const BodyPose* poses,
                            __global const BodyStep* steps, __global const BodyMass* masses,
-                           __global const BodyMaterial* materials) {
+                           __global const BodyMaterial* materials, __global const SolverMass* solverMasses) {
   SoftEnd end;
   end.body = makeRowBody(AT(steps, i), AT(masses, i).angularFactor);
-  end.mass = makeSolverMass(AT(steps, i), AT(masses, i));
+  end.mass = AT(solverMasses, i);
   if (held) end.mass.row0 = end.mass.row1 = end.mass.row2 = vec3(0.0f, 0.0f, 0.0f);
   end.rotation = matrixFromQuaternion(AT(poses, i).orientation);
   end.material = AT(materials, i);
@@ -185,15 +188,15 @@ static void prepareSoftSlot(CHECKS uint i, StepParams s, __global StepCounters* 
                             __global const SlotHeader* slots, __global const BodyInfo* infos,
                             __global const BodyPose* poses, __global const BodyStep* steps,
                             __global const BodyMass* masses, __global const BodyMaterial* materials,
-                            __global Manifold* manifolds, __global float* rows, __global float* rolls) {
+                            __global const SolverMass* solverMasses, __global Manifold* manifolds, __global float* rows, __global float* rolls) {
   const SlotHeader header = AT(slots, i);
   if (header.manifold == NO_INDEX) return;
   __global Manifold* manifold = &AT(manifolds, header.manifold);
   ASSERT(header.pointCount <= MANIFOLD_POINTS, header.pointCount, header.manifold);
   const SoftEnd a = makeSoftEnd(WITH_CHECKS manifold->bodyA, header.bodyA == NO_INDEX, infos, poses, steps, masses,
-                                materials);
+                                materials, solverMasses);
   const SoftEnd b = makeSoftEnd(WITH_CHECKS manifold->bodyB, header.bodyB == NO_INDEX, infos, poses, steps, masses,
-                                materials);
+                                materials, solverMasses);
   __global float* slot = rows + slotBase(i, SLOT_SOFT_FIELDS);
   Touch t;
   t.armA = t.armB = t.normal = t.impulse = vec3(0.0f, 0.0f, 0.0f);
@@ -231,8 +234,8 @@ static void prepareSoftSlot(CHECKS uint i, StepParams s, __global StepCounters* 
     const float4 away = xyz(arms[k]) - t.armA;
     t.lever += part * length3(away - t.normal * dot3(t.normal, away));
   }
-  float4 t1 = t.normal, t2 = t.normal;
-  if (size > 0.0f) chooseSoftTangents(s, a, b, t, manifold->points[t.first], &t1, &t2);
+  float4 t1 = vec3(0.0f, 0.0f, 0.0f), t2 = t1;
+  if (count > 0.0f) chooseSoftTangents(s, a, b, t, manifold->points[t.first], &t1, &t2);
   prepareSoftFriction(s, slot + SOFT_FRICTION * BTGPU_LANES, a, b, t, t1, t2);
   for (uint k = 0; k < header.pointCount; ++k) {
     if (arms[k].w == 0.0f) continue;
@@ -247,16 +250,52 @@ static void prepareSoftSlot(CHECKS uint i, StepParams s, __global StepCounters* 
   prepareRoll(roll + SOFT_ROLL_FIELDS * BTGPU_LANES, a, b, p2, t.roll);
 }
 
+#if defined(BTGPU_DEBUG) && defined(BTGPU_SHAPE_CPU)
+// Whether the vector code, which checks nothing, may have a block. Who says no goes slot by slot, where it is recorded.
+static int blockIsSound(CHECKS __global const SlotHeader* slots, uint first, __global const Manifold* manifolds,
+                        __global const BodyInfo* infos) {
+  for (uint i = first; i < first + BTGPU_WIDE; ++i) {
+    const uint m = AT(slots, i).manifold;
+    if (m == NO_INDEX) continue;
+    if (m >= LENGTH(manifolds) || slots[i].pointCount > MANIFOLD_POINTS) return 0;
+    if (manifolds[m].bodyA >= LENGTH(infos) || manifolds[m].bodyB >= LENGTH(infos)) return 0;
+  }
+  return 1;
+}
+#define BLOCK_IS_SOUND(slots, first, manifolds, infos) blockIsSound(WITH_CHECKS slots, first, manifolds, infos)
+#else
+#define BLOCK_IS_SOUND(slots, first, manifolds, infos) 1
+#endif
+
 // Builds the rows of every slot from its manifold, and notes the friction directions in the manifold.
 KERNEL prepareSoftContacts(CHECKS uint slotCapacity, __global StepCounters* counters,
                            __global const StepParams* params, __global const SlotHeader* slots,
                            __global const BodyInfo* infos, __global const BodyPose* poses,
                            __global const BodyStep* steps, __global const BodyMass* masses,
-                           __global const BodyMaterial* materials, __global Manifold* manifolds, __global float* rows,
-                           __global float* rolls) {
+                           __global const BodyMaterial* materials, __global const SolverMass* solverMasses,
+                           __global Manifold* manifolds, __global float* rows, __global float* rolls) {
   RETURN_ON_OVERFLOW(counters);
   const StepParams s = *params;
-  FOR_EACH(i, itemCount(slotCapacity, &counters->slotCount)) {
-    prepareSoftSlot(WITH_CHECKS i, s, counters, slots, infos, poses, steps, masses, materials, manifolds, rows, rolls);
+  const uint count = itemCount(slotCapacity, &counters->slotCount);
+#ifdef BTGPU_SHAPE_CPU
+  // Colours fill whole blocks of BTGPU_LANES.
+  const int wide = canPrepareSoftWide(s.flags);
+  FOR_EACH(block, count / BTGPU_WIDE) {
+    const uint first = block * BTGPU_WIDE;
+    if (wide && BLOCK_IS_SOUND(slots, first, manifolds, infos) &&
+        prepareSoftWide(s, counters, slots + first, infos, poses, steps, masses, solverMasses, manifolds,
+                        rows + slotBase(first, SLOT_SOFT_FIELDS))) {
+      continue;
+    }
+    for (uint i = first; i < first + BTGPU_WIDE; ++i) {
+      prepareSoftSlot(WITH_CHECKS i, s, counters, slots, infos, poses, steps, masses, materials, solverMasses,
+                      manifolds, rows, rolls);
+    }
   }
+#else
+  FOR_EACH(i, count) {
+    prepareSoftSlot(WITH_CHECKS i, s, counters, slots, infos, poses, steps, masses, materials, solverMasses, manifolds,
+                    rows, rolls);
+  }
+#endif
 }
