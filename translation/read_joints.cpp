@@ -153,8 +153,8 @@ void JointReader::readJoint(btTypedConstraint& constraint, WorldReader& reader, 
   joint.damping = 1.0f;
   joint.leastMobility = static_cast<float>(SIMD_EPSILON);
   bool quarantined = false;
-  const auto readEnd = [&](const btRigidBody& body, uint& moved, uint& island, uint& held) {
-    moved = island = held = NO_INDEX;
+  const auto readEnd = [&](const btRigidBody& body, uint& moved, uint& island) {
+    moved = island = NO_INDEX;
     const std::uint32_t slot = reader.slotOf(body);
     if (slot == kNoSlot) {
       if (joint.enabled && (!body.isStaticOrKinematicObject() || body.getInvMass() != btScalar(0))) {
@@ -164,12 +164,11 @@ void JointReader::readJoint(btTypedConstraint& constraint, WorldReader& reader, 
     }
     const uint flags = input.infos.values[slot].flags;
     quarantined = quarantined || (flags & BODY_QUARANTINED);
-    held = slot;
     if (solverMoves(flags, input.masses.values[slot].inverseInertiaLocal)) moved = slot;
     if (!body.isStaticOrKinematicObject()) island = slot;
   };
-  readEnd(constraint.getRigidBodyA(), joint.bodyA, joint.islandA, joint.heldA);
-  readEnd(constraint.getRigidBodyB(), joint.bodyB, joint.islandB, joint.heldB);
+  readEnd(constraint.getRigidBodyA(), joint.bodyA, joint.islandA);
+  readEnd(constraint.getRigidBodyB(), joint.bodyB, joint.islandB);
   if (quarantined) joint.enabled = 0;
   m_constraints.push_back(&constraint);
   m_evaluated.push_back(!quarantined && (joint.islandA != NO_INDEX || joint.islandB != NO_INDEX));

@@ -49,6 +49,9 @@ WIDE Lanes3 scale3Wide(Lanes3 a, Lanes3 b) {
 }
 
 WIDE Lanes3 velocityHereWide(const WideSoftEnd* e, Lanes3 r) { return addWide(e->linear, crossWide(e->angular, r)); }
+WIDE Lanes3 velocityWithForcesHereWide(const WideSoftEnd* e, Lanes3 r) {
+  return addWide(e->linearWithForces, crossWide(e->angularWithForces, r));
+}
 WIDE Lanes3 heldVelocityWide(const WideSoftEnd* e, Lanes3 r) {
   return pick3(e->held, velocityHereWide(e, r), noneWide());
 }
@@ -95,9 +98,15 @@ WIDE void prepareSoftPointWide(StepParams s, const WideSoftEnd* a, const WideSof
   const LaneMask sound = wanted & isFiniteWide(before) & isFiniteWide(p.localA.w);
   const Lanes mass = pick(sound, inverseOfWide(yields), zero);
   const LaneMask solved = sound & (mass != 0.0f);
-  const Lanes rebound = -p.combined.y * before;
-  const Lanes bounce =
-      pick(solved & (fabs(before) >= s.restitutionVelocityThreshold) & (rebound > 0.0f), rebound, zero);
+  Lanes bounce = zero;
+  const LaneMask bounces =
+      solved & (fabs(before) >= s.restitutionVelocityThreshold) & (p.combined.y * before < 0.0f);
+  if (anyLane(bounces)) {
+    const Lanes after = dotWide(n, subtractWide(velocityWithForcesHereWide(a, ra), velocityWithForcesHereWide(b, rb)));
+    const Lanes fall =
+        2.0f * greaterWide(before - after, zero) / s.timeStep * greaterWide(p.localA.w + s.linearSlop, zero);
+    bounce = pick(bounces, p.combined.y * sqrt(after * after + fall), zero);
+  }
   Lanes springShare = zero, springRate = zero;
   if (anyLane(live & p.soft)) {
     const float h = substepOf(s);
@@ -139,8 +148,7 @@ WIDE void chooseSoftTangentsWide(const WideSoftEnd* a, const WideSoftEnd* b, con
                                  Lanes3* t1, Lanes3* t2) {
   const Lanes3 n = t->normal;
   const Lanes3 slip =
-      subtractWide(addWide(a->linearWithForces, crossWide(a->angularWithForces, t->armA)),
-                   addWide(b->linearWithForces, crossWide(b->angularWithForces, t->armB)));
+      subtractWide(velocityWithForcesHereWide(a, t->armA), velocityWithForcesHereWide(b, t->armB));
   const Lanes3 lateral = subtractWide(slip, timesWide(n, dotWide(n, slip)));
   const Lanes speedSqr = dotWide(lateral, lateral), speed = sqrt(speedSqr);
   const LaneMask slides = speedSqr > BTGPU_EPSILON;

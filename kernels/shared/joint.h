@@ -16,10 +16,8 @@ STRUCT(Joint) {
   float damping;        // share of the velocity error that a row removes
   float leastMobility;  // Bullet's SIMD_EPSILON: a row that yields less is not solved
   // Of the fast mode only.
-  uint heldA, heldB;    // where the solver must not move a body: that body, for its velocity, or NO_INDEX
   uint equalRows;       // bit r: row r is without limits, for a position error
   uint boundRows;       // bit r: it has one limit, the joint's own
-  uint unused[2];
 };
 
 // One row as getInfo2 makes it. Bullet's btSolverConstraint: contactNormal1, relpos1CrossNormal and so on.

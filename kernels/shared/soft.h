@@ -71,9 +71,7 @@ BTGPU_BEGIN
 // A joint's row in the substeps.
 STRUCT(SoftJointRow) {
   float wanted;   // speed of the ends that the solver moves
-  float relaxed;  // the same without what the position error asks for
   float impulse;  // of a substep
-  float unused;
 };
 
 BTGPU_END

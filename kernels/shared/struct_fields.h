@@ -74,18 +74,17 @@
     FIELD(Manifold, bodyA) FIELD(Manifold, bodyB) FIELD(Manifold, pointCount) FIELD(Manifold, bucket)       \
     FIELD(Manifold, breakingThreshold) FIELD(Manifold, processingThreshold) FIELD(Manifold, unseen)         \
     FIELD(Manifold, unused) FIELD(Manifold, points)                                                         \
-  SIZE(Joint, 64)                                                                                           \
+  SIZE(Joint, 48)                                                                                           \
     FIELD(Joint, bodyA) FIELD(Joint, bodyB) FIELD(Joint, islandA) FIELD(Joint, islandB)                     \
     FIELD(Joint, firstRow) FIELD(Joint, rowCount) FIELD(Joint, iterations) FIELD(Joint, enabled)            \
-    FIELD(Joint, damping) FIELD(Joint, leastMobility) FIELD(Joint, heldA) FIELD(Joint, heldB)               \
-    FIELD(Joint, equalRows) FIELD(Joint, boundRows) FIELD(Joint, unused)                                    \
+    FIELD(Joint, damping) FIELD(Joint, leastMobility) FIELD(Joint, equalRows)                               \
+    FIELD(Joint, boundRows)                                                                                 \
   SIZE(JointRow, 64)                                                                                        \
     FIELD(JointRow, linearA) FIELD(JointRow, angularA) FIELD(JointRow, linearB) FIELD(JointRow, angularB)   \
   SIZE(JointEffect, 8)                                                                                      \
     FIELD(JointEffect, jac) FIELD(JointEffect, rhs)                                                         \
-  SIZE(SoftJointRow, 16)                                                                                    \
-    FIELD(SoftJointRow, wanted) FIELD(SoftJointRow, relaxed) FIELD(SoftJointRow, impulse)                   \
-    FIELD(SoftJointRow, unused)                                                                             \
+  SIZE(SoftJointRow, 8)                                                                                     \
+    FIELD(SoftJointRow, wanted) FIELD(SoftJointRow, impulse)                                                \
   SIZE(SlotHeader, 16)                                                                                      \
     FIELD(SlotHeader, bodyA) FIELD(SlotHeader, bodyB) FIELD(SlotHeader, manifold)                           \
     FIELD(SlotHeader, pointCount)                                                                           \

@@ -79,8 +79,8 @@ static int prepareSoftPoint(StepParams s, __global float* row, __global StepCoun
   const float before = dot3(n, velocityAt(a.body, ra) - velocityAt(b.body, rb));
   float mass = inverseOf(yieldOf(a.mass, n, angularA) + yieldOf(b.mass, n, angularB));
   if (!solved || !isfinite(before) || !isfinite(p.localPointA.w)) mass = 0.0f;
-  const float rebound = fabs(before) < s.restitutionVelocityThreshold ? 0.0f : fmax(0.0f, -p.combined.y * before);
-  const float bounce = mass != 0.0f ? rebound : 0.0f;
+  const float after = dot3(n, velocityWithForcesAt(a.body, ra) - velocityWithForcesAt(b.body, rb));
+  const float bounce = mass != 0.0f ? reboundOf(s, p.combined.y, before, after, p.localPointA.w + s.linearSlop) : 0.0f;
   Softness spring;
   spring.share = spring.rate = 0.0f;
   if (p.flags & POINT_STIFFNESS_DAMPING) {

@@ -6,6 +6,8 @@
 #include "../lib/kernel.h"
 #include "../lib/soft.h"
 
+#define JSHARE 0.9f
+#define JRATE 0.28f
 static int rowIs(uint rows, uint r) { return r < 32u && (rows >> r & 1u); }
 
 static float speedOf(float4 linear, float4 angular, float4 linearVelocity, float4 angularVelocity) {
@@ -24,30 +26,22 @@ KERNEL prepareSoftJoints(CHECKS uint jointCount, __global const StepCounters* co
     for (uint k = 0; k < joint.rowCount; ++k) {
       const uint r = joint.firstRow + k;
       const JointRow row = AT(rows, r);
-      float speed = 0.0f, held = 0.0f;  // forces of the step included; of ends that the solver does not move
+      float speed = 0.0f;  // forces of the step included
       if (joint.bodyA != NO_INDEX) {
         const BodyStep b = AT(steps, joint.bodyA);
         speed += speedOf(row.linearA, row.angularA, b.linearVelocity + b.externalLinear,
                          b.angularVelocity + b.externalAngular);
-      } else if (joint.heldA != NO_INDEX) {
-        held += speedOf(row.linearA, row.angularA, AT(steps, joint.heldA).linearVelocity,
-                        AT(steps, joint.heldA).angularVelocity);
       }
       if (joint.bodyB != NO_INDEX) {
         const BodyStep b = AT(steps, joint.bodyB);
         speed += speedOf(row.linearB, row.angularB, b.linearVelocity + b.externalLinear,
                          b.angularVelocity + b.externalAngular);
-      } else if (joint.heldB != NO_INDEX) {
-        held += speedOf(row.linearB, row.angularB, AT(steps, joint.heldB).linearVelocity,
-                        AT(steps, joint.heldB).angularVelocity);
       }
-      const float kept = (1.0f - joint.damping) * speed;  // of a velocity error a row removes no more than `damping`
       SoftJointRow soft;
-      soft.wanted = row.linearA.w + kept;
-      soft.relaxed = rowIs(joint.equalRows, k) ? kept - held * joint.damping : soft.wanted;
+      // Of a velocity error a row removes no more than `damping`.
+      soft.wanted = row.linearA.w + (1.0f - joint.damping) * speed;
       soft.impulse = s.flags & STEP_WARM_START ? AT(lastImpulses, r) * (s.warmStartingFactor / (float)s.substeps) : 0.0f;
-      soft.unused = 0.0f;
-      if (!isfinite(soft.wanted) || !isfinite(soft.relaxed)) soft.wanted = soft.relaxed = 0.0f;
+      if (!isfinite(soft.wanted)) soft.wanted = 0.0f;
       AT(softRows, r) = soft;
       AT(impulses, r) = 0.0f;
     }
@@ -103,15 +97,17 @@ static void applyJointImpulse(JointEnds* e, JointRow row, float impulse) {
   }
 }
 
-// What a row's speed is to be in a pass. `due`: the time since the start of the step by which it is to have moved.
+// What a row's speed is to be in a pass. With a position error it is to move evenly, in a step, as far as getInfo2 wants:
+// what is lacking is made up for softly, what there is too much of may be given back where the row has one limit only.
 static float targetOf(Joint joint, uint k, SoftJointRow soft, JointRow row, const JointEnds* e, uint pass, float h,
-                      float due) {
-  const int equal = rowIs(joint.equalRows, k);
-  if (equal && pass == SUB_RELAX) return soft.relaxed;
-  if (!equal && !rowIs(joint.boundRows, k)) return soft.wanted;
+                      float time, float rate) {
+  const int equal = rowIs(joint.equalRows, k), bound = rowIs(joint.boundRows, k);
+  if (!equal && !bound) return soft.wanted;
   const float moved = speedOf(row.linearA, row.angularA, e->movedLinearA, e->movedAngularA) +
                       speedOf(row.linearB, row.angularB, e->movedLinearB, e->movedAngularB);
-  return (soft.wanted * due - moved) / h;
+  const float lacking = soft.wanted * time - moved;
+  if (bound && (row.linearB.w < 0.0f ? lacking > 0.0f : lacking < 0.0f)) return soft.wanted + lacking / h;
+  return pass == SUB_RELAX ? soft.wanted : soft.wanted + lacking * rate;
 }
 
 // The impulse of the step so far. At its limit in all substeps it is the limit itself, to the bit: that breaks a joint.
@@ -130,7 +126,10 @@ static void solveSoftJoint(CHECKS uint j, StepParams s, uint pass, uint substep,
   if (!AT(jointSolved, j)) return;
   JointEnds e = loadEnds(WITH_CHECKS joint, bodies, masses);
   const float parts = (float)s.substeps, h = substepOf(s);
-  const float due = h * (float)(substep + (pass == SUB_RELAX ? 2u : 1u));
+  const float time = h * (float)(substep + (pass == SUB_RELAX ? 1u : 0u));
+  Softness soften;
+  soften.share = JSHARE; soften.rate = JRATE / h;
+  if (pass == SUB_RELAX) soften.share = 1.0f;
   for (uint k = 0; k < joint.rowCount; ++k) {
     const uint r = joint.firstRow + k;
     const JointRow row = AT(rows, r);
@@ -143,9 +142,10 @@ static void solveSoftJoint(CHECKS uint j, StepParams s, uint pass, uint substep,
     }
     const float speed = speedOf(row.linearA, row.angularA, e.bodies.linearA, e.bodies.angularA) +
                         speedOf(row.linearB, row.angularB, e.bodies.linearB, e.bodies.angularB);
-    const float target = targetOf(joint, k, soft, row, &e, pass, h, due);
+    const float target = targetOf(joint, k, soft, row, &e, pass, h, time, soften.rate);
+    const float share = rowIs(joint.equalRows, k) ? soften.share : 1.0f;
     const float lower = row.linearB.w / parts, upper = row.angularB.w / parts;
-    const float wanted = soft.impulse - soft.impulse * fmin(row.angularA.w * parts, 1.0f) - (speed - target) * jac;
+    const float wanted = share * (soft.impulse - soft.impulse * fmin(row.angularA.w * parts, 1.0f) - (speed - target) * jac);
     const float impulse = wanted < lower ? lower : wanted > upper ? upper : wanted;
     applyJointImpulse(&e, row, impulse - soft.impulse);
     AT(softRows, r).impulse = impulse;

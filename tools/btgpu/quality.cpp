@@ -118,16 +118,14 @@ Quality run(TestWorld<World>& test, const QualityScene& scene) {
 
 }  // namespace
 
-Quality measureQuality(const QualityScene& scene, std::optional<btGpuSolver> solver, int substeps,
-                       const std::string& device) {
+Quality measureQuality(const QualityScene& scene, std::optional<btGpuSolver> solver,
+                       const btGpuSettings& wanted) {
   if (!solver) {
     TestWorld<btDiscreteDynamicsWorld> test(scene.build);
     return run(test, scene);
   }
-  btGpuSettings settings;
-  settings.m_device = device;
+  btGpuSettings settings = wanted;
   settings.m_solver = solver;
-  settings.m_fastSubsteps = substeps;
   settings.m_smallWorld = 0;
   TestWorld<btGpuDynamicsWorld> test(scene.build, settings);
   const Quality q = run(test, scene);

@@ -33,8 +33,7 @@ struct Quality {
   int joints = 0;
 };
 
-// nullopt solver: stock Bullet. `substeps`: of the fast mode.
-Quality measureQuality(const QualityScene& scene, std::optional<btGpuSolver> solver, int substeps,
-                       const std::string& device);
+// nullopt solver: stock Bullet. `settings`: for all but the choice of the solver.
+Quality measureQuality(const QualityScene& scene, std::optional<btGpuSolver> solver, const btGpuSettings& settings);
 
 }  // namespace btgpu::tool

@@ -12,8 +12,7 @@ namespace {
 
 struct QualityArguments {
   std::vector<std::string> scenes;
-  std::string device;
-  int substeps = 4;
+  btGpuSettings settings;
 };
 
 void printRow(const char* world, const Quality& q) {
@@ -23,20 +22,20 @@ void printRow(const char* world, const Quality& q) {
 }
 
 int runQuality(const QualityArguments& arguments) {
-  checkDevice(arguments.device);
+  checkDevice(arguments.settings.m_device);
   int known = 0;
   for (const QualityScene& scene : qualityScenes()) {
     const auto wanted = [&](const std::string& name) { return scene.name.compare(0, name.size(), name) == 0; };
     if (!arguments.scenes.empty() && std::none_of(arguments.scenes.begin(), arguments.scenes.end(), wanted)) continue;
     ++known;
-    const Quality stock = measureQuality(scene, std::nullopt, arguments.substeps, arguments.device);
+    const Quality stock = measureQuality(scene, std::nullopt, arguments.settings);
     fmt::print("{}: {}; {} steps; {} joints; height {:.4f}, top {:.4f} at the start\n", scene.name, scene.description,
                scene.steps, stock.joints, stock.heightAtStart, stock.topAtStart);
     fmt::print("  {:<8} {:>9} {:>9} {:>10} {:>9} {:>9} {:>9} {:>10} {:>10} {:>9}\n", "world", "height", "top",
                "resting J", "depth 99", "gap mean", "gap max", "lost J", "gained J", "ms a step");
     printRow("stock", stock);
     for (const btGpuSolver solver : {btGpuSolver::Parity, btGpuSolver::Fast}) {
-      const Quality q = measureQuality(scene, solver, arguments.substeps, arguments.device);
+      const Quality q = measureQuality(scene, solver, arguments.settings);
       printRow(solver == btGpuSolver::Parity ? "parity" : "fast", q);
     }
     std::fflush(stdout);
@@ -52,8 +51,14 @@ Command addQualityCommand(CLI::App& tool) {
   CLI::App* quality =
       tool.add_subcommand("quality", "measure heights, joints and energy with stock, parity and fast mode");
   quality->add_option("scene", arguments->scenes, "scenes by the beginning of their names; left out: all of them");
-  quality->add_option("--substeps", arguments->substeps, "of the fast mode")->check(CLI::Range(1, 64));
-  quality->add_option("--device", arguments->device, "OpenCL device: index, gpu, cpu or part of its name");
+  btGpuSettings& s = arguments->settings;
+  quality->add_option("--substeps", s.m_fastSubsteps, "substeps of the fast mode")->check(CLI::Range(1, 64));
+  quality->add_option("--hertz", s.m_fastContactHertz, "frequency of its contacts")->check(CLI::PositiveNumber);
+  quality->add_option("--damping-ratio", s.m_fastContactDampingRatio, "their damping ratio")
+      ->check(CLI::PositiveNumber);
+  quality->add_option("--push-speed", s.m_fastPushSpeed, "speed at which penetration is pushed out at most")
+      ->check(CLI::PositiveNumber);
+  quality->add_option("--device", s.m_device, "OpenCL device: index, gpu, cpu or part of its name");
   return {quality, [arguments] { return runQuality(*arguments); }};
 }
 
