@@ -108,6 +108,8 @@ struct btGpuSettings {
   /// time unit, twice that against a fixed body, at most a quarter of the substeps' own rate) and damping ratio; and
   /// the speed, in length / time unit, at which penetration is pushed out at most. All > 0.
   btScalar m_fastContactHertz = btScalar(30), m_fastContactDampingRatio = btScalar(10), m_fastPushSpeed = btScalar(3);
+  /// The same for joints without limits; those with limits, motors and springs are as Bullet's.
+  btScalar m_fastJointHertz = btScalar(60), m_fastJointDampingRatio = btScalar(2);
   /// Runs everything on Bullet's own CPU path.
   bool m_stockOnly = false;
   /// A world whose step is less work than this many contact manifolds (eight moving bodies count as one more) steps on

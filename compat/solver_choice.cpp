@@ -57,6 +57,13 @@ Solver solverOf(const btGpuSettings& settings) {
   return Solver::Parity;
 }
 
+double jointLead(const btGpuSettings& settings) {
+  if (solverOf(settings) != Solver::Fast) return 0;
+  // A force that is spread over n substeps moves a body (n + 1) / 2n of what it would if all of it came first.
+  const double n = std::clamp(settings.m_fastSubsteps, 1, 64);
+  return (n - 1) / (2 * n);
+}
+
 void chooseSolver(const btGpuSettings& settings, StepSettings& step) {
   step.solver = solverOf(settings);
   step.substeps = std::clamp(settings.m_fastSubsteps, 1, 64);
@@ -66,6 +73,8 @@ void chooseSolver(const btGpuSettings& settings, StepSettings& step) {
   orDefault(settings.m_fastContactHertz, step.contactHertz);
   orDefault(settings.m_fastContactDampingRatio, step.contactDampingRatio);
   orDefault(settings.m_fastPushSpeed, step.pushSpeed);
+  orDefault(settings.m_fastJointHertz, step.jointHertz);
+  orDefault(settings.m_fastJointDampingRatio, step.jointDampingRatio);
 }
 
 }  // namespace btgpu

@@ -17,6 +17,8 @@ const char* nameOf(btGpuSolver solver);
 
 // As the settings say, else the environment.
 Solver solverOf(const btGpuSettings& settings);
+// The part of a step by which the rows of joints are to be ahead of its start.
+double jointLead(const btGpuSettings& settings);
 // Into the settings of a step, with those of the fast mode.
 void chooseSolver(const btGpuSettings& settings, StepSettings& step);
 

@@ -33,6 +33,8 @@ StepParams makeStepParams(const StepSettings& s, bool torsionRows) {
   p.contactHertz = s.contactHertz;
   p.contactDampingRatio = s.contactDampingRatio;
   p.pushSpeed = s.pushSpeed;
+  p.jointHertz = s.jointHertz;
+  p.jointDampingRatio = s.jointDampingRatio;
   return p;
 }
 

@@ -5,6 +5,8 @@
 #include <BulletDynamics/ConstraintSolver/btHinge2Constraint.h>
 #include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
 
+#include <LinearMath/btTransformUtil.h>
+
 #include <algorithm>
 #include <cfloat>
 #include <cstring>
@@ -62,6 +64,37 @@ class DampedBodies {
   std::vector<bool> m_done;
 };
 
+// Bodies where they will be after `ahead`, if nothing stops them; they get their poses back, bit by bit.
+class AdvancedBodies {
+ public:
+  explicit AdvancedBodies(btScalar ahead) : m_ahead(ahead) {}
+  ~AdvancedBodies() {
+    for (const Saved& s : m_saved) s.body->getWorldTransform() = s.pose;
+  }
+  AdvancedBodies(const AdvancedBodies&) = delete;
+  AdvancedBodies& operator=(const AdvancedBodies&) = delete;
+
+  void reserve(std::uint32_t slots) { m_done.assign(slots, false); }
+  void advance(btRigidBody& body, std::uint32_t slot) {
+    if (m_ahead == btScalar(0) || slot == kNoSlot || m_done[slot] || body.isStaticObject()) return;
+    m_done[slot] = true;
+    m_saved.push_back({&body, body.getWorldTransform()});
+    btTransform next;
+    btTransformUtil::integrateTransform(body.getWorldTransform(), body.getLinearVelocity(), body.getAngularVelocity(),
+                                        m_ahead, next);
+    body.getWorldTransform() = next;
+  }
+
+ private:
+  struct Saved {
+    btRigidBody* body;
+    btTransform pose;
+  };
+  btScalar m_ahead;
+  std::vector<Saved> m_saved;
+  std::vector<bool> m_done;
+};
+
 btScalar speedAlong(const btRigidBody& body, const btVector3& linear, const btVector3& angular) {
   return linear.dot(body.getLinearVelocity()) + angular.dot(body.getAngularVelocity());
 }
@@ -72,7 +105,8 @@ bool isDamped(const WorldReader& reader, std::uint32_t slot, const btRigidBody& 
 
 }  // namespace
 
-void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing) {
+void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing,
+                       btScalar ahead) {
   WorldInput& input = reader.input();
   m_last.constraints.swap(m_constraints);
   m_last.joints.swap(input.joints);
@@ -90,10 +124,13 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   const btContactSolverInfo& info = world.getSolverInfo();
   DampedBodies damped(timeStep);
   damped.reserve(input.bodyCount);
+  AdvancedBodies advanced(ahead);
+  advanced.reserve(input.bodyCount);
   for (btTypedConstraint* constraint : m_constraints) {
     for (btRigidBody* body : {&constraint->getRigidBodyA(), &constraint->getRigidBodyB()}) {
       const std::uint32_t slot = reader.slotOf(*body);
       if (isDamped(reader, slot, *body)) damped.damp(*body, slot);
+      advanced.advance(*body, slot);
     }
   }
   // In the order of stock's convertJoints.

@@ -81,13 +81,20 @@ void SolveSubsteps::runJoints(Queue& queue, DeviceWorld& world, uint pass, uint 
                   world.joints, world.jointRows, world.jointEffects, world.jointSolved, world.solverMasses,
                   world.solverBodies, world.softJointRows, world.jointImpulses);
   };
+  // Back and forth: what pulls at the end of a chain is felt at its beginning at once.
+  const bool back = pass == SUB_RELAX;
   const JointColours& colours = world.jointColours;
-  for (uint c = 0; c < colours.colourCount(); ++c) {
+  const uint serial = colours.first.back() - colours.serialFirst();
+  const auto launchSerial = [&] {
+    if (serial > 0) launch(m_jointsSerial, {1, 1}, colours.serialFirst(), serial);
+  };
+  if (back) launchSerial();
+  for (uint i = 0; i < colours.colourCount(); ++i) {
+    const uint c = back ? colours.colourCount() - 1 - i : i;
     const uint count = colours.first[c + 1] - colours.first[c];
     launch(m_jointColour, queue.device().grid(count), colours.first[c], count);
   }
-  const uint serial = colours.first.back() - colours.serialFirst();
-  if (serial > 0) launch(m_jointsSerial, {1, 1}, colours.serialFirst(), serial);
+  if (!back) launchSerial();
 }
 
 void SolveSubsteps::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings) {

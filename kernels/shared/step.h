@@ -37,7 +37,7 @@ STRUCT(StepParams) {
   // Of the fast mode only.
   uint substeps;                                         // that the step is cut into
   float contactHertz, contactDampingRatio, pushSpeed;    // softness of contacts; 1 / time, 1, length / time
-  uint unused[2];
+  float jointHertz, jointDampingRatio;                   // and of joints
 };
 
 // Bits of StepCounters.overflow: what was too small. Every later kernel of the step returns at once, and the

@@ -107,7 +107,8 @@
     FIELD(StepParams, restitutionVelocityThreshold) FIELD(StepParams, maxGyroscopicForce)                   \
     FIELD(StepParams, contactThreshold) FIELD(StepParams, deactivationTime)                                 \
     FIELD(StepParams, hostManifoldCount) FIELD(StepParams, substeps) FIELD(StepParams, contactHertz)        \
-    FIELD(StepParams, contactDampingRatio) FIELD(StepParams, pushSpeed) FIELD(StepParams, unused)           \
+    FIELD(StepParams, contactDampingRatio) FIELD(StepParams, pushSpeed)                                     \
+    FIELD(StepParams, jointHertz) FIELD(StepParams, jointDampingRatio)                                      \
   SIZE(StepCounters, 64)                                                                                    \
     FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \

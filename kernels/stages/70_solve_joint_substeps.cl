@@ -6,8 +6,6 @@
 #include "../lib/kernel.h"
 #include "../lib/soft.h"
 
-#define JSHARE 0.9f
-#define JRATE 0.28f
 static int rowIs(uint rows, uint r) { return r < 32u && (rows >> r & 1u); }
 
 static float speedOf(float4 linear, float4 angular, float4 linearVelocity, float4 angularVelocity) {
@@ -127,9 +125,7 @@ static void solveSoftJoint(CHECKS uint j, StepParams s, uint pass, uint substep,
   JointEnds e = loadEnds(WITH_CHECKS joint, bodies, masses);
   const float parts = (float)s.substeps, h = substepOf(s);
   const float time = h * (float)(substep + (pass == SUB_RELAX ? 1u : 0u));
-  Softness soften;
-  soften.share = JSHARE; soften.rate = JRATE / h;
-  if (pass == SUB_RELAX) soften.share = 1.0f;
+  const Softness softness = softnessOf(fmin(s.jointHertz, 0.25f / h), s.jointDampingRatio, h);
   for (uint k = 0; k < joint.rowCount; ++k) {
     const uint r = joint.firstRow + k;
     const JointRow row = AT(rows, r);
@@ -142,8 +138,8 @@ static void solveSoftJoint(CHECKS uint j, StepParams s, uint pass, uint substep,
     }
     const float speed = speedOf(row.linearA, row.angularA, e.bodies.linearA, e.bodies.angularA) +
                         speedOf(row.linearB, row.angularB, e.bodies.linearB, e.bodies.angularB);
-    const float target = targetOf(joint, k, soft, row, &e, pass, h, time, soften.rate);
-    const float share = rowIs(joint.equalRows, k) ? soften.share : 1.0f;
+    const float target = targetOf(joint, k, soft, row, &e, pass, h, time, softness.rate);
+    const float share = rowIs(joint.equalRows, k) && pass != SUB_RELAX ? softness.share : 1.0f;
     const float lower = row.linearB.w / parts, upper = row.angularB.w / parts;
     const float wanted = share * (soft.impulse - soft.impulse * fmin(row.angularA.w * parts, 1.0f) - (speed - target) * jac);
     const float impulse = wanted < lower ? lower : wanted > upper ? upper : wanted;
@@ -185,8 +181,9 @@ SINGLE_KERNEL substepJointsSerial(CHECKS uint pass, uint substep, uint first, ui
                                   __global float* impulses) {
   RETURN_ON_OVERFLOW(counters);
   const StepParams s = *params;
-  for (uint i = first; i < first + count; ++i) {
-    solveSoftJoint(WITH_CHECKS AT(order, i), s, pass, substep, joints, rows, effects, jointSolved, masses, bodies,
+  for (uint i = 0; i < count; ++i) {
+    const uint at = pass == SUB_RELAX ? first + count - 1 - i : first + i;
+    solveSoftJoint(WITH_CHECKS AT(order, at), s, pass, substep, joints, rows, effects, jointSolved, masses, bodies,
                    softRows, impulses);
   }
 }

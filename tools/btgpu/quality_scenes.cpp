@@ -17,14 +17,14 @@ struct Contents : SceneContents {
   scenes::Objects objects;
 };
 
-Builder builderOf(const std::function<void(scenes::Objects&)>& fill) {
-  return [fill](btDiscreteDynamicsWorld& world) {
+Builder builderOf(const std::function<void(scenes::Objects&)>& fill, double damping) {
+  return [fill, damping](btDiscreteDynamicsWorld& world) {
     world.setGravity(vec(0, -10, 0));
     auto contents = std::make_unique<Contents>(world);
     fill(contents->objects);
     for (btRigidBody* body : contents->objects.bodies()) {
       body->setSleepingThresholds(0, 0);
-      body->setDamping(0, 0);
+      body->setDamping(s(damping), s(damping));
     }
     return contents;
   };
@@ -45,13 +45,14 @@ void buildHeavyOverLight(scenes::Objects& o) {
   for (int y = 0; y < 6; ++y) o.add(s(std::pow(2.0, y)), box, vec(0, 0.5 + y, 0));
 }
 
-// `links` balls in a row, held at one end, with a weight at the other; it swings down from level.
-void addChain(scenes::Objects& o, int links, double weight, double z) {
+// `links` balls in a row, held at one end, with a weight at the other: hanging, or let go level.
+void addChain(scenes::Objects& o, int links, double weight, bool hanging) {
   btSphereShape* ball = o.sphere(s(0.2));
-  btRigidBody* before = o.add(0, ball, vec(0, 0, z));
+  const btVector3 along = hanging ? vec(0, -0.5, 0) : vec(0.5, 0, 0);
+  btRigidBody* before = o.add(0, ball, vec(0, 0, 0));
   for (int i = 1; i <= links; ++i) {
-    btRigidBody* link = o.add(s(i == links ? weight : 1), ball, vec(0.5 * i, 0, z));
-    o.joint<btPoint2PointConstraint>(true, *before, *link, vec(0.25, 0, 0), vec(-0.25, 0, 0));
+    btRigidBody* link = o.add(s(i == links ? weight : 1), ball, along * s(i));
+    o.joint<btPoint2PointConstraint>(true, *before, *link, along / 2, -along / 2);
     before = link;
   }
 }
@@ -86,8 +87,8 @@ void buildBall(scenes::Objects& o) {
 }  // namespace
 
 std::vector<QualityScene> qualityScenes() {
-  const auto own = [](const char* name, const char* description, int steps, const auto& fill) {
-    return QualityScene{name, description, steps, kTimeStep, builderOf(fill)};
+  const auto own = [](const char* name, const char* description, int steps, const auto& fill, double damping = 0) {
+    return QualityScene{name, description, steps, kTimeStep, builderOf(fill, damping)};
   };
   return {builtIn("stack", {8, 8, 8}, 600),
           builtIn("large_pyramid", {40, 1, 1}, 600),
@@ -95,10 +96,13 @@ std::vector<QualityScene> qualityScenes() {
           builtIn("city", {2, 16, 2}, 600),
           own("heavy over light", "six boxes, each twice as heavy as the one below", 600, buildHeavyOverLight),
           builtIn("ragdoll", {3, 2, 3}, 400),
-          own("chain", "30 links and a weight of ten", 600, [](scenes::Objects& o) { addChain(o, 30, 10, 0); }),
-          own("heavy chain", "10 links and a weight of a hundred", 600,
-              [](scenes::Objects& o) { addChain(o, 10, 100, 0); }),
-          own("bridge", "20 hinged planks with a weight of ten", 600, buildBridge),
+          own("chain", "30 links that hang, with a weight of ten", 600,
+              [](scenes::Objects& o) { addChain(o, 30, 10, true); }),
+          own("heavy chain", "10 links that hang, with a weight of a hundred", 600,
+              [](scenes::Objects& o) { addChain(o, 10, 100, true); }),
+          own("swinging chain", "30 links let go level, with a weight of ten", 600,
+              [](scenes::Objects& o) { addChain(o, 30, 10, false); }),
+          own("bridge", "20 hinged planks with a weight of ten, damped by 0.3", 600, buildBridge, 0.3),
           own("pendulum", "1 kg at 1 m, from level", 600, buildPendulum),
           own("ball", "restitution 1, from 3 m", 600, buildBall)};
 }
