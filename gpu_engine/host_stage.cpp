@@ -15,7 +15,7 @@ std::vector<std::unique_ptr<HostStage>> allStages() {
        {hostApplyForces, hostUpdateAabbs, hostFindPairs, hostGroupPairs, hostCollidePrimitives, hostFindSeparatingAxis,
         hostClipFaces, hostFindClosestFeatures, hostClipConvexFaces, hostReduceAndMatchContacts, hostAppendHostContacts,
         hostPrepareJoints, hostBuildIslands, hostColourConstraints, hostPrepareContacts, hostSolveVelocities,
-        hostIntegratePoses, hostUpdateActivation, hostGatherContacts}) {
+        hostPrepareSoftContacts, hostSolveSubsteps, hostIntegratePoses, hostUpdateActivation, hostGatherContacts}) {
     stages.push_back(make());
   }
   return stages;

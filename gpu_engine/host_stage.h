@@ -53,6 +53,8 @@ std::unique_ptr<HostStage> hostBuildIslands();
 std::unique_ptr<HostStage> hostColourConstraints();
 std::unique_ptr<HostStage> hostPrepareContacts();
 std::unique_ptr<HostStage> hostSolveVelocities();
+std::unique_ptr<HostStage> hostPrepareSoftContacts();
+std::unique_ptr<HostStage> hostSolveSubsteps();
 std::unique_ptr<HostStage> hostIntegratePoses();
 std::unique_ptr<HostStage> hostUpdateActivation();
 std::unique_ptr<HostStage> hostGatherContacts();
