@@ -279,10 +279,10 @@ class Solver {
       if (relax) p.total += p.row.impulse;
       load += p.row.impulse;
     }
-    solveFriction(c, load, relax);
+    if (relax) solveFriction(c, load);
   }
 
-  void solveFriction(Contact<Real>& c, Real load, bool relax) {
+  void solveFriction(Contact<Real>& c, Real load) {
     const Real slip1 = along(m_v, c.tangent1) + c.tangent1.held, slip2 = along(m_v, c.tangent2) + c.tangent2.held;
     const Real spinning = along(m_v, c.twist) + c.twist.held;
     Real wanted1 = c.tangent1.impulse - c.mass11 * slip1 - c.mass12 * slip2;
@@ -297,10 +297,8 @@ class Solver {
     change(c.tangent1, wanted1);
     change(c.tangent2, wanted2);
     change(c.twist, twist);
-    if (relax) {
-      c.total1 += wanted1;
-      c.total2 += wanted2;
-    }
+    c.total1 += wanted1;
+    c.total2 += wanted2;
     for (auto& [row, coefficient] : c.rolls) {
       if (!(coefficient > 0)) continue;
       const Real most = coefficient * rollLoad;
@@ -320,7 +318,9 @@ class Solver {
   void notePushed() {
     for (size_t b = 0; b < m_v.size(); ++b) {
       const Vec l = m_v[b].linear - m_start[b].linear, a = m_v[b].angular - m_start[b].angular;
-      if (dot(l, l) != 0 || dot(a, a) != 0) m_pushed[b] = true;
+      const bool linear = dot(l, l) > Real(SUB_ROUNDING) * dot(m_v[b].linear, m_v[b].linear);
+      const bool angular = dot(a, a) > Real(SUB_ROUNDING) * dot(m_v[b].angular, m_v[b].angular);
+      if (linear || angular) m_pushed[b] = true;
     }
   }
 
@@ -411,6 +411,7 @@ SubstepReference nudged(SubstepReference state, unsigned seed) {
     for (float* v : {&b.deltaLinear.x, &b.deltaLinear.y, &b.deltaLinear.z}) nudge(*v);
     for (float* v : {&b.deltaAngular.x, &b.deltaAngular.y, &b.deltaAngular.z}) nudge(*v);
   }
+  for (JointRow& row : state.joints.rows) row.linearA.w += (random() % 2 ? largest : -largest) / 8388608;
   return state;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Fast mode (docs/fast_mode.md): the step in substeps, each with one pass over the soft rows of all contacts, a motion of
-// the bodies, and one over the hard rows. While this goes on SolverBody holds velocity (delta...) and motion since the
+// the bodies, and one over the hard rows and friction. While this goes on SolverBody holds velocity (delta...) and motion since the
 // start of the step (push..., turn...); in the end what stage 80 expects there.
 #include "../lib/kernel.h"
 #include "../lib/soft.h"
@@ -94,11 +94,10 @@ static SoftFriction fetchSoftFriction(__global const float* f) {
   return r;
 }
 
-static void storeSoftFriction(__global float* row, const SoftFriction* f, int relax) {
+static void storeSoftFriction(__global float* row, const SoftFriction* f) {
   storeField(row, SOFT_IMPULSE1, f->impulse1);
   storeField(row, SOFT_IMPULSE2, f->impulse2);
   storeField(row, SOFT_TWIST_IMPULSE, f->twist);
-  if (!relax) return;
   storeField(row, SOFT_TOTAL1, loadField(row, SOFT_TOTAL1) + f->impulse1);
   storeField(row, SOFT_TOTAL2, loadField(row, SOFT_TOTAL2) + f->impulse2);
 }
@@ -147,7 +146,6 @@ static void solveSoftSlot(CHECKS uint slot, StepParams params, uint pass, uint s
   } else {
     const SlotMotion m = loadSlotMotion(WITH_CHECKS h, bodies);
     const SoftPass p = makeSoftPass(params, pass, substep, h.bodyA == NO_INDEX || h.bodyB == NO_INDEX);
-    SoftFriction f = fetchSoftFriction(frictionRow);
     float load = 0.0f;
 #pragma unroll
     for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
@@ -156,10 +154,13 @@ static void solveSoftSlot(CHECKS uint slot, StepParams params, uint pass, uint s
       if (p.relax) points[k].total += points[k].impulse;
       load += points[k].impulse;
     }
-    const float step = 1.0f / (float)params.substeps;
-    solveSoftFriction(&s, load, step, &f);
-    storeSoftFriction(frictionRow, &f, p.relax);
-    if (params.flags & STEP_TORSION) solveRolls(rolls + slotBase(slot, SLOT_ROLL_FIELDS), load, step, &s);
+    if (p.relax) {
+      const float step = 1.0f / (float)params.substeps;
+      SoftFriction f = fetchSoftFriction(frictionRow);
+      solveSoftFriction(&s, load, step, &f);
+      storeSoftFriction(frictionRow, &f);
+      if (params.flags & STEP_TORSION) solveRolls(rolls + slotBase(slot, SLOT_ROLL_FIELDS), load, step, &s);
+    }
   }
   storeSlotBodies(WITH_CHECKS h, &s, bodies);
 #pragma unroll
@@ -185,7 +186,9 @@ static void passBody(uint i, StepParams params, uint pass, __global const BodySt
     return;
   }
   const float4 gainedLinear = xyz(linear - starts[i].linear), gainedAngular = xyz(angular - starts[i].angular);
-  const int pushed = starts[i].linear.w != 0.0f || lengthSqr3(gainedLinear) != 0.0f || lengthSqr3(gainedAngular) != 0.0f;
+  // Impulses that cancel each other leave a few roundings.
+  const int pushed = starts[i].linear.w != 0.0f || lengthSqr3(gainedLinear) > SUB_ROUNDING * lengthSqr3(linear) ||
+                     lengthSqr3(gainedAngular) > SUB_ROUNDING * lengthSqr3(angular);
   if (pass == SUB_BEGIN) {
     const float part = 1.0f / (float)params.substeps;
     const float4 startLinear = xyz(linear + steps[i].externalLinear * part);
