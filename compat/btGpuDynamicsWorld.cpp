@@ -410,8 +410,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   // Not before it is known that the step runs on the device: callbacks of the narrowphase would be called twice.
   if (missing.empty()) hostPairsDone = findHostContacts(timeStep, hostPairsDone, missing);
   if (missing.empty()) {
-    state->joints.read(*this, timeStep, state->reader, missing,
-                       btScalar(btgpu::jointLead(state->settings)) * timeStep);
+    state->joints.read(*this, timeStep, state->reader, missing, btScalar(btgpu::jointLead(state->settings)) * timeStep);
   }
   if (!missing.empty()) {
     state->fallbacks.addStep(missing);

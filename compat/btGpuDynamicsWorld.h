@@ -114,8 +114,8 @@ struct btGpuSettings {
   bool m_stockOnly = false;
   /// A world whose step is less work than this many contact manifolds (eight moving bodies count as one more) steps on
   /// Bullet's own CPU path, which is faster there. 0: never. Negative: as BTGPU_SMALL_WORLD says, else a measured
-  /// limit; but 0 if m_device is set, or anything that looks at the device's steps, such as the cross-check or a
-  /// profile.
+  /// limit; but 0 if m_device is set, another solver than Parity, or anything that looks at the device's steps, such as
+  /// the cross-check or a profile.
   int m_smallWorld = -1;
   /// Times each stage of the step by device events; slows the step.
   bool m_profile = false;

@@ -65,16 +65,16 @@ struct DeviceWorld {
   DeviceArray<SolverMass> solverMasses{"solver masses"};            // stage 65
 
   // ---- one step; length pairs ---------------------------------------------------------------------------------------
-  DeviceArray<ulong> keys{"pair keys"};                          // stage 30, sorted
-  DeviceArray<uint> pairCount{"pair count"};                     // 1; stage 30; may exceed the capacity
-  DeviceArray<Pair> pairs{"pairs"};                              // stage 35
-  DeviceArray<uint> items{"pair items"};                         // stage 35: pair indices bucket by bucket
-  DeviceArray<uint> bucketFirst{"bucket starts"};                // BUCKET_COUNT + 1; stage 35
-  DeviceArray<RawContacts> contacts{"contact candidates"};       // stages 42, 44 and 46
-  DeviceArray<SeparatingAxis> axes{"separating axes"};           // stage 44; by position in the box-box bucket
-  DeviceArray<ClosestFeatures> closest{"closest features"};      // stage 44; by position among the convex pairs
-  DeviceArray<uint> nearPairs{"convex pairs near each other"};   // stage 44: such positions, ascending
-  DeviceArray<uint> nearCount{"count of near convex pairs"};     // 1; stage 44
+  DeviceArray<ulong> keys{"pair keys"};                         // stage 30, sorted
+  DeviceArray<uint> pairCount{"pair count"};                    // 1; stage 30; may exceed the capacity
+  DeviceArray<Pair> pairs{"pairs"};                             // stage 35
+  DeviceArray<uint> items{"pair items"};                        // stage 35: pair indices bucket by bucket
+  DeviceArray<uint> bucketFirst{"bucket starts"};               // BUCKET_COUNT + 1; stage 35
+  DeviceArray<RawContacts> contacts{"contact candidates"};      // stages 42, 44 and 46
+  DeviceArray<SeparatingAxis> axes{"separating axes"};          // stage 44; by position in the box-box bucket
+  DeviceArray<ClosestFeatures> closest{"closest features"};     // stage 44; by position among the convex pairs
+  DeviceArray<uint> nearPairs{"convex pairs near each other"};  // stage 44: such positions, ascending
+  DeviceArray<uint> nearCount{"count of near convex pairs"};    // 1; stage 44
   // One a pair, then those of the host: manifoldCount in all, if there are any of the host.
   DeviceArray<Manifold> manifolds{"manifolds"};                 // stages 48, 50, 65 and 70
   DeviceArray<Manifold> hostManifolds{"host manifolds"};        // host
@@ -111,9 +111,10 @@ struct DeviceWorld {
   DeviceArray<float> torsion{"torsional rows"};         // SLOT_TORSION_FIELDS a slot, if used
   DeviceArray<uint> solverTeam{"solver team"};          // TEAM_SIZE; stage 70
   // Fast mode.
-  DeviceArray<float> softRows{"soft rows"};                      // stages 65 and 70; SLOT_SOFT_FIELDS a slot
-  DeviceArray<float> rolls{"rolling friction rows"};             // likewise, SLOT_ROLL_FIELDS a slot, if used
-  DeviceArray<BodyVelocity> substepStarts{"starts of substeps"};  // stages 65 and 70, by body: velocity without impulses
+  DeviceArray<float> softRows{"soft rows"};           // stages 65 and 70; SLOT_SOFT_FIELDS a slot
+  DeviceArray<float> rolls{"rolling friction rows"};  // likewise, SLOT_ROLL_FIELDS a slot, if used
+  DeviceArray<BodyVelocity> substepStarts{
+      "starts of substeps"};  // stages 65 and 70, by body: velocity without impulses
 
   // ---- the step itself ----------------------------------------------------------------------------------------------
   DeviceArray<StepParams> params{"step params"};        // 1; host

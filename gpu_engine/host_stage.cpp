@@ -11,11 +11,17 @@ namespace {
 
 std::vector<std::unique_ptr<HostStage>> allStages() {
   std::vector<std::unique_ptr<HostStage>> stages;
-  for (auto* make :
-       {hostApplyForces, hostUpdateAabbs, hostFindPairs, hostGroupPairs, hostCollidePrimitives, hostFindSeparatingAxis,
-        hostClipFaces, hostFindClosestFeatures, hostClipConvexFaces, hostReduceAndMatchContacts, hostAppendHostContacts,
-        hostPrepareJoints, hostBuildIslands, hostColourConstraints, hostPrepareContacts, hostSolveVelocities,
-        hostPrepareSoftContacts, hostSolveSubsteps, hostIntegratePoses, hostUpdateActivation, hostGatherContacts}) {
+  for (auto* make : {hostApplyForces,         hostUpdateAabbs,
+                     hostFindPairs,           hostGroupPairs,
+                     hostCollidePrimitives,   hostFindSeparatingAxis,
+                     hostClipFaces,           hostFindClosestFeatures,
+                     hostClipConvexFaces,     hostReduceAndMatchContacts,
+                     hostAppendHostContacts,  hostPrepareJoints,
+                     hostBuildIslands,        hostColourConstraints,
+                     hostPrepareContacts,     hostSolveVelocities,
+                     hostPrepareSoftContacts, hostSolveSubsteps,
+                     hostIntegratePoses,      hostUpdateActivation,
+                     hostGatherContacts}) {
     stages.push_back(make());
   }
   return stages;

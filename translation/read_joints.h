@@ -15,9 +15,9 @@ class JointReader {
  public:
   // After reader.read(): fills joints and jointRows of reader.input(). What the device can't do goes into `missing`,
   // and then no joint has been touched.
-  // The rows are those of the bodies as they will be after `ahead`: in the fast mode the forces of a step move bodies by
-  // less than the whole of it, and only rows that are so much ahead of the step's start neither add energy nor take it
-  // (docs/decisions/0017-fast-mode.md).
+  // The rows are those of the bodies as they will be after `ahead`: in the fast mode the forces of a step move bodies
+  // by less than the whole of it, and only rows that are so much ahead of the step's start neither add energy nor take
+  // it (docs/decisions/0017-fast-mode.md).
   void read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing,
             btScalar ahead = btScalar(0));
 

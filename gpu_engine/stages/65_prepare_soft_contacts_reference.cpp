@@ -96,7 +96,8 @@ class Preparer {
     return e;
   }
 
-  static Real yield(const End<Real>& a, const End<Real>& b, Line<Real> ra, Line<Real> rb, Line<Real> sa, Line<Real> sb) {
+  static Real yield(const End<Real>& a, const End<Real>& b, Line<Real> ra, Line<Real> rb, Line<Real> sa,
+                    Line<Real> sb) {
     return product(ra, response(a.mass, sa)) + product(rb, response(b.mass, sb));
   }
   static Real inverse(Real sum) { return sum > 0 && std::isfinite(1 / sum) ? 1 / sum : Real(0); }
@@ -109,7 +110,8 @@ class Preparer {
     put(slot, f + 2, v.z);
   }
 
-  bool preparePoint(size_t slot, uint k, const End<Real>& a, const End<Real>& b, float threshold, const ContactPoint& p) {
+  bool preparePoint(size_t slot, uint k, const End<Real>& a, const End<Real>& b, float threshold,
+                    const ContactPoint& p) {
     const StepParams& s = m_in.params;
     const size_t f = k * SOFT_POINT_FIELDS;
     const Vec n = toVec<Real>(p.normalWorldOnB);
@@ -209,8 +211,8 @@ class Preparer {
         t2 = scaled(a, b, BODY_ANISOTROPIC, t2);
       }
       for (const uint k : solved) {
-        for (const auto& [to, v] : {std::pair(&m.points[k].lateralFrictionDir1, t1),
-                                    std::pair(&m.points[k].lateralFrictionDir2, t2)}) {
+        for (const auto& [to, v] :
+             {std::pair(&m.points[k].lateralFrictionDir1, t1), std::pair(&m.points[k].lateralFrictionDir2, t2)}) {
           const float w = to->w;
           *to = toFloat4(v);
           to->w = w;
@@ -305,7 +307,8 @@ Kinds differences(const PrepareSoftReference& a, const PrepareSoftReference& b) 
     kinds.take("mass of body", a.solverMasses[i].row1.w, b.solverMasses[i].row1.w, i);
     kinds.take("mass of body", a.solverMasses[i].row2.w, b.solverMasses[i].row2.w, i);
   }
-  const auto takeRows = [&kinds](const char* name, const std::vector<float>& x, const std::vector<float>& y, size_t fields) {
+  const auto takeRows = [&kinds](const char* name, const std::vector<float>& x, const std::vector<float>& y,
+                                 size_t fields) {
     for (size_t i = 0; i < y.size(); ++i) {
       const size_t field = i / BTGPU_LANES % fields;
       const size_t kind = fields == SLOT_SOFT_FIELDS && field < SOFT_FRICTION ? field % SOFT_POINT_FIELDS : field;
@@ -328,7 +331,8 @@ PrepareInput nudged(PrepareInput in, unsigned seed) {
   std::mt19937 random(seed);
   float largest = 0;
   for (const BodyStep& s : in.steps) {
-    for (const float v : {s.linearVelocity.x, s.linearVelocity.y, s.linearVelocity.z}) largest = std::max(largest, std::fabs(v));
+    for (const float v : {s.linearVelocity.x, s.linearVelocity.y, s.linearVelocity.z})
+      largest = std::max(largest, std::fabs(v));
   }
   for (BodyStep& s : in.steps) {
     for (float* v : {&s.linearVelocity.x, &s.linearVelocity.y, &s.linearVelocity.z}) {

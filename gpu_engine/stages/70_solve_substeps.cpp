@@ -113,7 +113,8 @@ void SolveSubsteps::enqueue(Queue& queue, DeviceWorld& world, const StepSettings
       runJoints(queue, world, SUB_SOLVE, i);
       run(queue, world, {SUB_SOLVE, SUB_MOVE}, i);
       runJoints(queue, world, SUB_RELAX, i);
-      run(queue, world, i < last ? std::vector<uint>{SUB_RELAX, SUB_BEGIN} : std::vector<uint>{SUB_RELAX, SUB_BOUNCE, SUB_FINISH}, i);
+      run(queue, world,
+          i < last ? std::vector<uint>{SUB_RELAX, SUB_BEGIN} : std::vector<uint>{SUB_RELAX, SUB_BOUNCE, SUB_FINISH}, i);
     }
   }
   const uint slots = static_cast<uint>(world.capacities.slots);

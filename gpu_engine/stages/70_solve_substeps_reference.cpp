@@ -50,7 +50,11 @@ class Solver {
  public:
   Solver(const StepParams& params, const std::vector<BodyStep>& steps, const std::vector<SlotHeader>& slots,
          const std::vector<SolverMass>& masses, SubstepReference& state)
-      : m_params(params), m_steps(steps), m_masses(masses), m_state(state), m_n(Real(params.substeps)),
+      : m_params(params),
+        m_steps(steps),
+        m_masses(masses),
+        m_state(state),
+        m_n(Real(params.substeps)),
         m_h(Real(params.timeStep) / m_n) {
     for (const SolverBody& b : state.bodies) {
       m_v.push_back({toVec<Real>(b.deltaLinear), toVec<Real>(b.deltaAngular)});
@@ -60,7 +64,8 @@ class Solver {
     for (size_t slot = 0; slot < slots.size(); ++slot) {
       if (slots[slot].manifold != NO_INDEX) m_contacts.push_back(load(slots[slot], slot));
     }
-    for (const uint j : state.joints.order) m_joints.push_back(loadJoint(state.joints.joints[j], state.joints.solved[j]));
+    for (const uint j : state.joints.order)
+      m_joints.push_back(loadJoint(state.joints.joints[j], state.joints.solved[j]));
   }
 
   void run() {
@@ -252,8 +257,7 @@ class Solver {
         }
       }
       const Real share = s.equal && !relax ? soft.share : Real(1);
-      const Real wanted =
-          share * (s.row.impulse * (1 - s.cfm) - (along(m_v, s.row) - target) * s.row.mass);
+      const Real wanted = share * (s.row.impulse * (1 - s.cfm) - (along(m_v, s.row) - target) * s.row.mass);
       change(s.row, std::min(std::max(wanted, s.lower / m_n), s.upper / m_n));
       if (relax) s.total += s.row.impulse;
     }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Host reference of stage 70 in the fast mode. Every row, of contacts, friction and joints alike, is a pair of Jacobians
-// with responses, and each substep begins with impulses applied row by row, where the kernels carry on velocities. It can
-// be had in double: the device must be off that by no more than eight times what the float reference is, or by a few
-// roundings of the largest value (as 70_solve_velocities_reference.h, and for the same reason; where rounding decides
-// between two branches, float references of starts one rounding off tell how much that makes).
+// Host reference of stage 70 in the fast mode. Every row, of contacts, friction and joints alike, is a pair of
+// Jacobians with responses, and each substep begins with impulses applied row by row, where the kernels carry on
+// velocities. It can be had in double: the device must be off that by no more than eight times what the float reference
+// is, or by a few roundings of the largest value (as 70_solve_velocities_reference.h, and for the same reason; where
+// rounding decides between two branches, float references of starts one rounding off tell how much that makes).
 #pragma once
 
 #include <vector>
@@ -27,9 +27,9 @@ struct SubstepJoints {
 };
 
 struct SubstepReference {
-  std::vector<SolverBody> bodies;        // in: velocities as the first substep begins; out: as stage 80 wants them
-  std::vector<float> rows, rolls;        // laid out as on the device
-  std::vector<Manifold> manifolds;       // get the impulses
+  std::vector<SolverBody> bodies;   // in: velocities as the first substep begins; out: as stage 80 wants them
+  std::vector<float> rows, rolls;   // laid out as on the device
+  std::vector<Manifold> manifolds;  // get the impulses
   SubstepJoints joints;
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // The fast mode's rows of BTGPU_WIDE slots at once, for the usual settings: friction along the slip, nothing cached, no
-// rolling or anisotropic friction. The same as prepareSoftSlot, slot by slot (65_prepare_soft_contacts.cl), operation by
-// operation. OpenCL C only.
+// rolling or anisotropic friction. The same as prepareSoftSlot, slot by slot (65_prepare_soft_contacts.cl), operation
+// by operation. OpenCL C only.
 #ifndef BTGPU_LIB_PREPARE_SOFT_WIDE_H
 #define BTGPU_LIB_PREPARE_SOFT_WIDE_H
 #include "prepare_wide.h"

@@ -109,7 +109,7 @@ LIB void bounceSoftNormal(REF(SlotBodies) s, float bounce, REF(SoftPoint) p) {
 }
 
 // The speed apart that restitution asks for. `before`, `after`: along the normal, at the start of the step and with its
-// forces. A body at rest leaves with the energy that it came with, as Bullet integrates free flight: it falls on for the
+// forces. A body leaves with the energy that it came with, as Bullet integrates free flight: it falls on for the
 // separation, and its speed counts from after the forces of a step.
 LIB float reboundOf(StepParams s, float restitution, float before, float after, float separation) {
   if (fabs(before) < s.restitutionVelocityThreshold || !(restitution * before < 0.0f)) return 0.0f;

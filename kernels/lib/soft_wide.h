@@ -92,7 +92,9 @@ WIDE void applySoftFrictionWide(WideBody* a, WideBody* b, Lanes3 armA, Lanes3 ar
   pushWide(b, push, addWide(crossWide(armB, push), turn), (Lanes)-1.0f);
 }
 
-WIDE Lanes3 combineWide(Lanes3 t1, Lanes s1, Lanes3 t2, Lanes s2) { return addWide(timesWide(t1, s1), timesWide(t2, s2)); }
+WIDE Lanes3 combineWide(Lanes3 t1, Lanes s1, Lanes3 t2, Lanes s2) {
+  return addWide(timesWide(t1, s1), timesWide(t2, s2));
+}
 
 WIDE void solveSoftFrictionWide(__global float* f, WideBody* a, WideBody* b, Lanes load, float step,
                                 LaneMask live) {
@@ -164,8 +166,9 @@ WIDE void loadMotion(const WideSlots* w, __global const SolverBody* bodies, Wide
   m->angularB = take3(gatherWide(&bodies->turnAngular, 4, w->safeB), w->movedB);
 }
 
-WIDE void solveSoftPassWide(const WideSlots* w, StepParams s, uint pass, uint substep, __global const SolverBody* bodies,
-                            __global float* rows, __global float* rolls, WideBody* a, WideBody* b) {
+WIDE void solveSoftPassWide(const WideSlots* w, StepParams s, uint pass, uint substep,
+                            __global const SolverBody* bodies, __global float* rows, __global float* rolls, WideBody* a,
+                            WideBody* b) {
   WideMotion m;
   loadMotion(w, bodies, &m);
   const SoftPass free = makeSoftPass(s, pass, substep, 0), fixed = makeSoftPass(s, pass, substep, 1);

@@ -134,7 +134,8 @@ static float impulseAlong(float4 impulse, float4 direction) {
   return dot3(impulse, direction) * inverseOf(lengthSqr3(direction));
 }
 
-static void prepareSoftFriction(StepParams s, __global float* row, SoftEnd a, SoftEnd b, Touch t, float4 t1, float4 t2) {
+static void prepareSoftFriction(StepParams s, __global float* row, SoftEnd a, SoftEnd b, Touch t, float4 t1,
+                                float4 t2) {
   const float4 a1 = cross3(t.armA, t1), a2 = cross3(t.armA, t2), b1 = cross3(t.armB, t1), b2 = cross3(t.armB, t2);
   const float k11 = yieldOf(a.mass, t1, a1) + yieldOf(b.mass, t1, b1);
   const float k22 = yieldOf(a.mass, t2, a2) + yieldOf(b.mass, t2, b2);
@@ -188,7 +189,8 @@ static void prepareSoftSlot(CHECKS uint i, StepParams s, __global StepCounters* 
                             __global const SlotHeader* slots, __global const BodyInfo* infos,
                             __global const BodyPose* poses, __global const BodyStep* steps,
                             __global const BodyMass* masses, __global const BodyMaterial* materials,
-                            __global const SolverMass* solverMasses, __global Manifold* manifolds, __global float* rows, __global float* rolls) {
+                            __global const SolverMass* solverMasses, __global Manifold* manifolds,
+                            __global float* rows, __global float* rolls) {
   const SlotHeader header = AT(slots, i);
   if (header.manifold == NO_INDEX) return;
   __global Manifold* manifold = &AT(manifolds, header.manifold);
@@ -208,7 +210,8 @@ static void prepareSoftSlot(CHECKS uint i, StepParams s, __global StepCounters* 
     const ContactPoint p = manifold->points[k];
     const float4 ra = mulMatrix(a.rotation, p.localPointA), rb = mulMatrix(b.rotation, p.localPointB);
     const int wanted = p.localPointA.w <= manifold->processingThreshold && (a.pushed || b.pushed);
-    const int solved = prepareSoftPoint(s, slot + k * SOFT_POINT_FIELDS * BTGPU_LANES, counters, a, b, wanted, p, ra, rb);
+    __global float* row = slot + k * SOFT_POINT_FIELDS * BTGPU_LANES;
+    const int solved = prepareSoftPoint(s, row, counters, a, b, wanted, p, ra, rb);
     arms[k] = withW(ra, solved ? 1.0f : 0.0f);
     if (!solved) continue;
     if (t.first == MANIFOLD_POINTS) t.first = k;

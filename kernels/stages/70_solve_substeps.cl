@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Fast mode (docs/fast_mode.md): the step in substeps, each with one pass over the soft rows of all contacts, a motion of
-// the bodies, and one over the hard rows and friction. While this goes on SolverBody holds velocity (delta...) and motion since the
-// start of the step (push..., turn...); in the end what stage 80 expects there.
+// Fast mode (docs/fast_mode.md): the step in substeps, each with one pass over the soft rows of all contacts, a motion
+// of the bodies, and one over the hard rows and friction. While this goes on SolverBody holds velocity (delta...) and
+// motion since the start of the step (push..., turn...); in the end what stage 80 expects there.
 #include "../lib/kernel.h"
 #include "../lib/soft.h"
 #ifdef BTGPU_SHAPE_CPU

@@ -133,8 +133,8 @@ TEST(FastMode, JointsHold) {
   w.objects.joint<btPoint2PointConstraint>(true, *post, *bob, vec(0, 0, 0), vec(-1, 0, 0));
   w.objects.joint<btHingeConstraint>(true, *post, *door, vec(0, 0, 0), vec(0, 0, -1), vec(1, 0, 0), vec(1, 0, 0));
   const btTransform none = btTransform::getIdentity();
-  auto* motor = w.objects.joint<btGeneric6DofConstraint>(true, *post, *wheel, btTransform(none.getBasis(), vec(5, 0, 0)),
-                                                         none, true);
+  auto* motor = w.objects.joint<btGeneric6DofConstraint>(true, *post, *wheel,
+                                                         btTransform(none.getBasis(), vec(5, 0, 0)), none, true);
   for (int axis = 0; axis < 6; ++axis) motor->setLimit(axis, 0, 0);
   motor->setLimit(3, 1, -1);  // turns freely, driven
   motor->getRotationalLimitMotor(0)->m_enableMotor = true;
@@ -200,7 +200,8 @@ TEST(FastMode, TheSameTwice) {
     w.ground();
     std::vector<btRigidBody*> bodies;
     for (int i = 0; i < 60; ++i) {
-      bodies.push_back(w.objects.add(1, w.objects.box(vec(0.5, 0.4, 0.3)), vec(0.3 * (i % 3), 1 + 0.9 * i, 0.2 * (i % 4))));
+      bodies.push_back(
+          w.objects.add(1, w.objects.box(vec(0.5, 0.4, 0.3)), vec(0.3 * (i % 3), 1 + 0.9 * i, 0.2 * (i % 4))));
     }
     w.run(200);
     for (const btRigidBody* b : bodies) ends.push_back(b->getWorldTransform());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Stages 65 and 70 of the fast mode, each against its reference; BTGPU_SHAPE_CPU goes through the vector code, the other
-// shape through the scalar one.
+// Stages 65 and 70 of the fast mode, each against its reference; BTGPU_SHAPE_CPU goes through the vector code, the
+// other shape through the scalar one.
 #include "gpu_engine/stages/70_solve_substeps.h"
 
 #include "gpu_engine/stages/52_prepare_joints.h"
@@ -41,8 +41,8 @@ class SolveSubstepsTest : public DeviceTest {
             bench.read(w.softRows),
             bench.read(w.rolls),
             bench.read(w.manifolds, scene.manifolds.size()),
-            {bench.read(w.joints), bench.read(w.jointRows), bench.read(w.jointEffects), bench.read(w.jointSolved), order,
-             bench.read(w.lastJointImpulses), bench.read(w.jointImpulses)}};
+            {bench.read(w.joints), bench.read(w.jointRows), bench.read(w.jointEffects), bench.read(w.jointSolved),
+             order, bench.read(w.lastJointImpulses), bench.read(w.jointImpulses)}};
   }
 
   Solved expectAsReference(ContactScene scene, const JointScene& joints = {}) {

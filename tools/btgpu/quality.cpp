@@ -118,8 +118,7 @@ Quality run(TestWorld<World>& test, const QualityScene& scene) {
 
 }  // namespace
 
-Quality measureQuality(const QualityScene& scene, std::optional<btGpuSolver> solver,
-                       const btGpuSettings& wanted) {
+Quality measureQuality(const QualityScene& scene, std::optional<btGpuSolver> solver, const btGpuSettings& wanted) {
   if (!solver) {
     TestWorld<btDiscreteDynamicsWorld> test(scene.build);
     return run(test, scene);
@@ -129,7 +128,8 @@ Quality measureQuality(const QualityScene& scene, std::optional<btGpuSolver> sol
   settings.m_smallWorld = 0;
   TestWorld<btGpuDynamicsWorld> test(scene.build, settings);
   const Quality q = run(test, scene);
-  if (test.world().statistics().m_stockSteps > 0) throw InputError("a step of " + scene.name + " ran on the stock path");
+  if (test.world().statistics().m_stockSteps > 0)
+    throw InputError("a step of " + scene.name + " ran on the stock path");
   return q;
 }
 

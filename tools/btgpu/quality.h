@@ -24,12 +24,12 @@ std::vector<QualityScene> qualityScenes();
 
 struct Quality {
   double heightAtStart = 0, heightAtEnd = 0, topAtStart = 0, topAtEnd = 0;  // mean and highest centre of moving bodies
-  double restingEnergy = 0;          // kinetic, a body, mean of the last 60 steps
-  double depth99 = 0;                // 99th percentile of the depths of contact in the last 60 steps
+  double restingEnergy = 0;            // kinetic, a body, mean of the last 60 steps
+  double depth99 = 0;                  // 99th percentile of the depths of contact in the last 60 steps
   double meanGap = 0, largestGap = 0;  // between the two ends of a joint, in the last 60 steps; 0 without joints
-  double lostEnergy = 0;    // of the whole world from start to end
-  double gainedEnergy = 0;  // most that it ever had above the start
-  double milliseconds = 0;           // a step, median
+  double lostEnergy = 0;               // of the whole world from start to end
+  double gainedEnergy = 0;             // most that it ever had above the start
+  double milliseconds = 0;             // a step, median
   int joints = 0;
 };
 

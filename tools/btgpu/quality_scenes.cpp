@@ -32,7 +32,8 @@ Builder builderOf(const std::function<void(scenes::Objects&)>& fill, double damp
 
 QualityScene builtIn(const std::string& name, scenes::Size size, int steps) {
   const scenes::Scene& scene = *scenes::find(name);
-  const std::string at = name + " " + std::to_string(size.x) + "," + std::to_string(size.y) + "," + std::to_string(size.z);
+  const std::string at =
+      name + " " + std::to_string(size.x) + "," + std::to_string(size.y) + "," + std::to_string(size.z);
   return {at, scene.description, steps, scene.timeStep, tool::builderOf(scene, size)};
 }
 
