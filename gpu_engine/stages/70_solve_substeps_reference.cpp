@@ -283,10 +283,10 @@ class Solver {
       if (relax) p.total += p.row.impulse;
       load += p.row.impulse;
     }
-    if (relax) solveFriction(c, load);
+    solveFriction(c, load, relax);
   }
 
-  void solveFriction(Contact<Real>& c, Real load) {
+  void solveFriction(Contact<Real>& c, Real load, bool relax) {
     const Real slip1 = along(m_v, c.tangent1) + c.tangent1.held, slip2 = along(m_v, c.tangent2) + c.tangent2.held;
     const Real spinning = along(m_v, c.twist) + c.twist.held;
     Real wanted1 = c.tangent1.impulse - c.mass11 * slip1 - c.mass12 * slip2;
@@ -301,8 +301,10 @@ class Solver {
     change(c.tangent1, wanted1);
     change(c.tangent2, wanted2);
     change(c.twist, twist);
-    c.total1 += wanted1;
-    c.total2 += wanted2;
+    if (relax) {
+      c.total1 += wanted1;
+      c.total2 += wanted2;
+    }
     for (auto& [row, coefficient] : c.rolls) {
       if (!(coefficient > 0)) continue;
       const Real most = coefficient * rollLoad;

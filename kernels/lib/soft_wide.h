@@ -96,7 +96,7 @@ WIDE Lanes3 combineWide(Lanes3 t1, Lanes s1, Lanes3 t2, Lanes s2) {
   return addWide(timesWide(t1, s1), timesWide(t2, s2));
 }
 
-WIDE void solveSoftFrictionWide(__global float* f, WideBody* a, WideBody* b, Lanes load, float step,
+WIDE void solveSoftFrictionWide(__global float* f, WideBody* a, WideBody* b, Lanes load, float step, int relax,
                                 LaneMask live) {
   const Lanes3 armA = loadWide3(f, SOFT_ARM_A, live), armB = loadWide3(f, SOFT_ARM_B, live);
   const Lanes3 t1 = loadWide3(f, SOFT_TANGENT1, live), t2 = loadWide3(f, SOFT_TANGENT2, live);
@@ -124,6 +124,7 @@ WIDE void solveSoftFrictionWide(__global float* f, WideBody* a, WideBody* b, Lan
   storeWide(f, SOFT_IMPULSE1, impulse1);
   storeWide(f, SOFT_IMPULSE2, impulse2);
   storeWide(f, SOFT_TWIST_IMPULSE, twist);
+  if (!relax) return;
   storeWide(f, SOFT_TOTAL1, loadWide(f, SOFT_TOTAL1, live) + impulse1);
   storeWide(f, SOFT_TOTAL2, loadWide(f, SOFT_TOTAL2, live) + impulse2);
 }
@@ -179,10 +180,9 @@ WIDE void solveSoftPassWide(const WideSlots* w, StepParams s, uint pass, uint su
   for (int k = 0; k < w->maxPoints; ++k) {
     load += solveSoftNormalWide(wideSoft(rows, k), a, b, &m, free, rate, share, w->pointCount > k);
   }
-  if (!free.relax) return;
   const LaneMask live = w->pointCount > 0;
   const float step = 1.0f / (float)s.substeps;
-  solveSoftFrictionWide(rows + SOFT_FRICTION * BTGPU_LANES, a, b, load, step, live);
+  solveSoftFrictionWide(rows + SOFT_FRICTION * BTGPU_LANES, a, b, load, step, free.relax, live);
   for (int r = 0; rolls && r < SOFT_ROLL_ROWS; ++r) {
     solveSoftRollWide(rolls + r * SOFT_ROLL_FIELDS * BTGPU_LANES, a, b, load, step, live);
   }

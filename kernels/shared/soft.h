@@ -62,7 +62,7 @@ BTGPU_BEGIN
 #define SUB_WARM_START 1u  // impulses of the step before
 #define SUB_SOLVE 2u       // soft rows, with what penetration asks for
 #define SUB_MOVE 3u        // bodies: by the velocities of the substep
-#define SUB_RELAX 4u       // hard rows, without it, and friction
+#define SUB_RELAX 4u       // hard rows, without it
 #define SUB_BEGIN 5u       // bodies: of the next substep, with the impulses of the one before
 #define SUB_BOUNCE 6u      // restitution
 #define SUB_FINISH 7u      // bodies: what stage 80 needs

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Fast mode (docs/fast_mode.md): the step in substeps, each with one pass over the soft rows of all contacts, a motion
-// of the bodies, and one over the hard rows and friction. While this goes on SolverBody holds velocity (delta...) and
+// of the bodies, and one over the hard rows; friction is in both. While this goes on SolverBody holds velocity (delta...) and
 // motion since the start of the step (push..., turn...); in the end what stage 80 expects there.
 #include "../lib/kernel.h"
 #include "../lib/soft.h"
@@ -94,10 +94,11 @@ static SoftFriction fetchSoftFriction(__global const float* f) {
   return r;
 }
 
-static void storeSoftFriction(__global float* row, const SoftFriction* f) {
+static void storeSoftFriction(__global float* row, const SoftFriction* f, int relax) {
   storeField(row, SOFT_IMPULSE1, f->impulse1);
   storeField(row, SOFT_IMPULSE2, f->impulse2);
   storeField(row, SOFT_TWIST_IMPULSE, f->twist);
+  if (!relax) return;
   storeField(row, SOFT_TOTAL1, loadField(row, SOFT_TOTAL1) + f->impulse1);
   storeField(row, SOFT_TOTAL2, loadField(row, SOFT_TOTAL2) + f->impulse2);
 }
@@ -154,13 +155,11 @@ static void solveSoftSlot(CHECKS uint slot, StepParams params, uint pass, uint s
       if (p.relax) points[k].total += points[k].impulse;
       load += points[k].impulse;
     }
-    if (p.relax) {
-      const float step = 1.0f / (float)params.substeps;
-      SoftFriction f = fetchSoftFriction(frictionRow);
-      solveSoftFriction(&s, load, step, &f);
-      storeSoftFriction(frictionRow, &f);
-      if (params.flags & STEP_TORSION) solveRolls(rolls + slotBase(slot, SLOT_ROLL_FIELDS), load, step, &s);
-    }
+    const float step = 1.0f / (float)params.substeps;
+    SoftFriction f = fetchSoftFriction(frictionRow);
+    solveSoftFriction(&s, load, step, &f);
+    storeSoftFriction(frictionRow, &f, p.relax);
+    if (params.flags & STEP_TORSION) solveRolls(rolls + slotBase(slot, SLOT_ROLL_FIELDS), load, step, &s);
   }
   storeSlotBodies(WITH_CHECKS h, &s, bodies);
 #pragma unroll
