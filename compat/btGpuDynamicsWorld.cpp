@@ -409,7 +409,9 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   if (missing.empty() && (state->reader.hostBodiesChanged() || !state->reader.hostShares().empty())) catchUpContacts();
   // Not before it is known that the step runs on the device: callbacks of the narrowphase would be called twice.
   if (missing.empty()) hostPairsDone = findHostContacts(timeStep, hostPairsDone, missing);
-  if (missing.empty()) state->joints.read(*this, timeStep, state->reader, missing);
+  if (missing.empty()) {
+    state->joints.read(*this, timeStep, state->reader, missing, btScalar(btgpu::jointLead(state->settings)) * timeStep);
+  }
   if (!missing.empty()) {
     state->fallbacks.addStep(missing);
     return false;
@@ -432,9 +434,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     state->contacts.forget();
   }
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
-  settings.solver = btgpu::solverOf(state->settings);
-  settings.groupSplit = btgpu::groupSplitOf(state->settings);
-  settings.batchLaunches = btgpu::batchLaunchesOf(state->settings);
+  btgpu::chooseSolver(state->settings, settings);
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
@@ -486,6 +486,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
                           !state->settings.m_hostQueries);
   }
   state->contactsBehind = contacts && !last;
+  if (settings.solver == btgpu::Solver::Fast) state->joints.remember(state->results.jointImpulses);
   btgpu::writeBackJoints(*this, state->joints, input, state->results, timeStep);
   btgpu::writeBackBodies(state->reader, state->results, timeStep);
   state->reader.acceptResults(state->results);

@@ -84,7 +84,7 @@ struct btGpuCrosscheckSummary {
 /// How contacts and joints are solved.
 enum class btGpuSolver {
   Parity,         ///< as Bullet's own solver: projected Gauss-Seidel over coloured constraints
-  Fast,           ///< soft constraints in substeps
+  Fast,           ///< soft constraints in substeps (docs/fast_mode.md)
   MassSplitting,  ///< Jacobi with split masses
   TwoLevel,       ///< Gauss-Seidel over the batches of the paper's two-level batching
 };
@@ -116,12 +116,21 @@ struct btGpuSettings {
   /// "space,batch"), else Index and Phase, which were faster.
   std::optional<btGpuGroupSplit> m_groupSplit;
   std::optional<btGpuBatchLaunches> m_batchLaunches;
+  /// Of btGpuSolver::Fast: substeps that each step is solved in, 1 to 64. More make joints and piles stiffer, and cost
+  /// time in proportion.
+  int m_fastSubsteps = 4;
+  /// Of btGpuSolver::Fast: how stiff contacts are, as a damped spring on the masses that touch: its frequency (in 1 /
+  /// time unit, twice that against a fixed body, at most a quarter of the substeps' own rate) and damping ratio; and
+  /// the speed, in length / time unit, at which penetration is pushed out at most. All > 0.
+  btScalar m_fastContactHertz = btScalar(60), m_fastContactDampingRatio = btScalar(10), m_fastPushSpeed = btScalar(3);
+  /// The same for joints without limits; those with limits, motors and springs are as Bullet's.
+  btScalar m_fastJointHertz = btScalar(60), m_fastJointDampingRatio = btScalar(2);
   /// Runs everything on Bullet's own CPU path.
   bool m_stockOnly = false;
   /// A world whose step is less work than this many contact manifolds (eight moving bodies count as one more) steps on
   /// Bullet's own CPU path, which is faster there. 0: never. Negative: as BTGPU_SMALL_WORLD says, else a measured
-  /// limit; but 0 if m_device is set, or anything that looks at the device's steps, such as the cross-check or a
-  /// profile.
+  /// limit; but 0 if m_device is set, another solver than Parity, or anything that looks at the device's steps, such as
+  /// the cross-check or a profile.
   int m_smallWorld = -1;
   /// Times each stage of the step by device events; slows the step.
   bool m_profile = false;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "environment.h"
+#include "solver_choice.h"
 
 namespace btgpu {
 namespace {
@@ -31,7 +32,7 @@ bool isWatched(const btGpuSettings& s) {
 
 long limitOf(const btGpuSettings& s) {
   if (s.m_smallWorld >= 0) return s.m_smallWorld;
-  if (!s.m_device.empty() || isWatched(s)) return 0;
+  if (!s.m_device.empty() || isWatched(s) || solverOf(s) != Solver::Parity) return 0;
   const char* text = environment("BTGPU_SMALL_WORLD");
   if (!text) return kDefaultLimit;
   char* end = nullptr;

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "solver_choice.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <mutex>
 #include <sstream>
@@ -51,6 +53,16 @@ TwoLevelWords twoLevelWords() {
   return words;
 }
 
+GroupSplit groupSplitOf(const btGpuSettings& settings) {
+  if (!settings.m_groupSplit) return twoLevelWords().split;
+  return *settings.m_groupSplit == btGpuGroupSplit::Index ? GroupSplit::Index : GroupSplit::Space;
+}
+
+BatchLaunches batchLaunchesOf(const btGpuSettings& settings) {
+  if (!settings.m_batchLaunches) return twoLevelWords().launches;
+  return *settings.m_batchLaunches == btGpuBatchLaunches::Batch ? BatchLaunches::Batch : BatchLaunches::Phase;
+}
+
 }  // namespace
 
 const std::vector<std::pair<std::string, btGpuSolver>>& solverNames() {
@@ -82,14 +94,26 @@ Solver solverOf(const btGpuSettings& settings) {
   return Solver::Parity;
 }
 
-GroupSplit groupSplitOf(const btGpuSettings& settings) {
-  if (!settings.m_groupSplit) return twoLevelWords().split;
-  return *settings.m_groupSplit == btGpuGroupSplit::Index ? GroupSplit::Index : GroupSplit::Space;
+double jointLead(const btGpuSettings& settings) {
+  if (solverOf(settings) != Solver::Fast) return 0;
+  // A force that is spread over n substeps moves a body (n + 1) / 2n of what it would if all of it came first.
+  const double n = std::clamp(settings.m_fastSubsteps, 1, 64);
+  return (n - 1) / (2 * n);
 }
 
-BatchLaunches batchLaunchesOf(const btGpuSettings& settings) {
-  if (!settings.m_batchLaunches) return twoLevelWords().launches;
-  return *settings.m_batchLaunches == btGpuBatchLaunches::Batch ? BatchLaunches::Batch : BatchLaunches::Phase;
+void chooseSolver(const btGpuSettings& settings, StepSettings& step) {
+  step.solver = solverOf(settings);
+  step.groupSplit = groupSplitOf(settings);
+  step.batchLaunches = batchLaunchesOf(settings);
+  step.substeps = std::clamp(settings.m_fastSubsteps, 1, 64);
+  const auto orDefault = [](btScalar wanted, float& value) {
+    if (wanted > btScalar(0) && std::isfinite(static_cast<float>(wanted))) value = static_cast<float>(wanted);
+  };
+  orDefault(settings.m_fastContactHertz, step.contactHertz);
+  orDefault(settings.m_fastContactDampingRatio, step.contactDampingRatio);
+  orDefault(settings.m_fastPushSpeed, step.pushSpeed);
+  orDefault(settings.m_fastJointHertz, step.jointHertz);
+  orDefault(settings.m_fastJointDampingRatio, step.jointDampingRatio);
 }
 
 }  // namespace btgpu

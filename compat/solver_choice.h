@@ -17,7 +17,9 @@ const char* nameOf(btGpuSolver solver);
 
 // As the settings say, else the environment.
 Solver solverOf(const btGpuSettings& settings);
-GroupSplit groupSplitOf(const btGpuSettings& settings);
-BatchLaunches batchLaunchesOf(const btGpuSettings& settings);
+// The part of a step by which the rows of joints are to be ahead of its start.
+double jointLead(const btGpuSettings& settings);
+// Into the settings of a step, with all that belongs to a solver.
+void chooseSolver(const btGpuSettings& settings, StepSettings& step);
 
 }  // namespace btgpu

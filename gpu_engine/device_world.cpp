@@ -76,6 +76,13 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   if (torsionRows) resizeAll(c.slots * SLOT_TORSION_FIELDS, torsion);
 }
 
+void DeviceWorld::reserveSubsteps(Queue& queue, bool torsionRows) {
+  const auto atLeast = [&queue](size_t size, auto& array) { array.resize(queue, std::max(size, array.size())); };
+  atLeast(capacities.bodies, substepStarts);
+  atLeast(capacities.slots * SLOT_SOFT_FIELDS, softRows);
+  if (torsionRows) atLeast(capacities.slots * SLOT_ROLL_FIELDS, rolls);
+}
+
 // A body that is new, or not where it was, has no AABB yet; an empty one says so.
 static const Aabb kNoAabb = {{1, 1, 1, 0}, {-1, -1, -1, 0}};
 
@@ -122,6 +129,10 @@ void DeviceWorld::uploadJoints(Queue& queue, const WorldInput& input) {
   jointEffects.resize(queue, input.jointRows.size());
   jointImpulses.resize(queue, input.jointRows.size());
   jointSolved.resize(queue, jointCount);
+  m_lastJointImpulses = input.jointImpulses;
+  m_lastJointImpulses.resize(input.jointRows.size(), 0.0f);
+  if (!m_lastJointImpulses.empty()) lastJointImpulses.copyFromHost(queue, m_lastJointImpulses, false);
+  softJointRows.resize(queue, input.jointRows.size());
   if (sameBodies(input.joints, m_colouredJoints)) return;
   m_colouredJoints = input.joints;
   jointColours = colourJoints(input.joints, input.bodyCount);
@@ -195,6 +206,7 @@ void DeviceWorld::spoilStepArrays(Queue& queue) {
   spoilAll(slotFirst, slots, rows, tangent2, torsion);
   spoilAll(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
   spoilAll(batches.groupBatches, batches.batchFirst);
+  spoilAll(softRows, rolls, substepStarts, softJointRows);
 }
 
 void DeviceWorld::swapStepResults() {

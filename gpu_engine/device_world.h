@@ -3,6 +3,7 @@
 // Every array that a world has on the device: what it holds, how long it is, and who writes it.
 #pragma once
 
+#include "../kernels/shared/soft.h"
 #include "joint_colours.h"
 #include "opencl/kernel.h"
 #include "solver_variants.h"
@@ -96,6 +97,9 @@ struct DeviceWorld {
   DeviceArray<JointEffect> jointEffects{"joint effects"};  // stage 52, by row
   DeviceArray<float> jointImpulses{"joint impulses"};      // stages 52 and 70, by row
   DeviceArray<uint> jointSolved{"joints solved"};          // stage 55: 1 where the joint's island is awake
+  // Fast mode, by row: impulses of the last step, and the rows of the substeps.
+  DeviceArray<float> lastJointImpulses{"last joint impulses"};    // host
+  DeviceArray<SoftJointRow> softJointRows{"joint substep rows"};  // stage 70
   uint jointCount = 0;
   JointColours jointColours;  // of jointOrder
   int jointIterations = 0;    // most that a joint wants
@@ -107,6 +111,11 @@ struct DeviceWorld {
   DeviceArray<float> tangent2{"second friction rows"};  // SLOT_TANGENT2_FIELDS a slot, if used
   DeviceArray<float> torsion{"torsional rows"};         // SLOT_TORSION_FIELDS a slot, if used
   DeviceArray<uint> solverTeam{"solver team"};          // TEAM_SIZE; stage 70
+  // Fast mode.
+  DeviceArray<float> softRows{"soft rows"};           // stages 65 and 70; SLOT_SOFT_FIELDS a slot
+  DeviceArray<float> rolls{"rolling friction rows"};  // likewise, SLOT_ROLL_FIELDS a slot, if used
+  DeviceArray<BodyVelocity> substepStarts{
+      "starts of substeps"};  // stages 65 and 70, by body: velocity without impulses
 
   SplitArrays split;
   BatchArrays batches;
@@ -130,14 +139,16 @@ struct DeviceWorld {
     all(keys, pairCount, pairs, items, bucketFirst, contacts, axes);
     all(closest, nearPairs, nearCount, manifolds, hostManifolds, manifoldCount, matchedManifolds);
     all(constraints, constraintCount, touching, fresh, ignoredPairs);
-    all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved);
-    all(slotFirst, slots, rows, tangent2, torsion, solverTeam, params, counters);
+    all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved, lastJointImpulses, softJointRows);
+    all(slotFirst, slots, rows, tangent2, torsion, solverTeam, softRows, rolls, substepStarts, params, counters);
     all(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
     all(batches.split, batches.groupBatches, batches.batchFirst);
   }
 
   // Makes every array as long as `wanted` asks for. Contents of the one-step arrays are lost.
   void reserve(Queue& queue, const Capacities& wanted, bool twoFriction, bool torsionRows);
+  // After reserve(): room for what the fast mode needs besides.
+  void reserveSubsteps(Queue& queue, bool torsionRows);
 
   // Brings everything that changed in `input` to the device, without waiting.
   void upload(Queue& queue, const WorldInput& input);
@@ -178,6 +189,7 @@ struct DeviceWorld {
   // Host copies of uploads that may still be pending.
   std::vector<uint> m_bornFlags, m_count;
   std::vector<ulong> m_keys;
+  std::vector<float> m_lastJointImpulses;
   std::vector<Aabb> m_noAabbs;
   bool m_begun = false;  // what has to be there before the first step is
   bool m_anyBorn = false;

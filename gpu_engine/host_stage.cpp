@@ -21,7 +21,8 @@ std::vector<std::unique_ptr<HostStage>> allStages() {
                      hostSplitBodies,        hostBatchConstraints,
                      hostPrepareContacts,    hostSplitMasses,
                      hostSolveVelocities,    hostSolveSplits,
-                     hostSolveBatches,       hostIntegratePoses,
+                     hostSolveBatches,       hostPrepareSoftContacts,
+                     hostSolveSubsteps,      hostIntegratePoses,
                      hostUpdateActivation,   hostGatherContacts}) {
     stages.push_back(make());
   }

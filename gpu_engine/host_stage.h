@@ -58,6 +58,8 @@ std::unique_ptr<HostStage> hostSplitMasses();
 std::unique_ptr<HostStage> hostSolveVelocities();
 std::unique_ptr<HostStage> hostSolveSplits();
 std::unique_ptr<HostStage> hostSolveBatches();
+std::unique_ptr<HostStage> hostPrepareSoftContacts();
+std::unique_ptr<HostStage> hostSolveSubsteps();
 std::unique_ptr<HostStage> hostIntegratePoses();
 std::unique_ptr<HostStage> hostUpdateActivation();
 std::unique_ptr<HostStage> hostGatherContacts();

@@ -90,6 +90,10 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
     stage("60_batch_constraints", m_batching->batchConstraints, settings);
     stage("65_prepare_contacts", m_prepareContacts);
     stage("70_solve_batches", m_batching->solveBatches, settings, traits.torsionRows);
+  } else if (settings.solver == Solver::Fast) {
+    stage("60_colour_constraints", m_colourConstraints);
+    stage("65_prepare_soft_contacts", m_prepareSoftContacts);
+    stage("70_solve_substeps", m_solveSubsteps, settings);
   } else {
     stage("60_colour_constraints", m_colourConstraints);
     stage("65_prepare_contacts", m_prepareContacts);

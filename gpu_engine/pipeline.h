@@ -24,9 +24,11 @@
 #include "stages/60_colour_constraints.h"
 #include "stages/60_split_bodies.h"
 #include "stages/65_prepare_contacts.h"
+#include "stages/65_prepare_soft_contacts.h"
 #include "stages/67_split_masses.h"
 #include "stages/70_solve_batches.h"
 #include "stages/70_solve_splits.h"
+#include "stages/70_solve_substeps.h"
 #include "stages/70_solve_velocities.h"
 #include "stages/80_integrate_poses.h"
 #include "stages/90_update_activation.h"
@@ -100,6 +102,8 @@ class Pipeline {
   SolveVelocities m_solveVelocities;
   std::unique_ptr<SplittingStages> m_splitting;  // built when a step first wants it
   std::unique_ptr<BatchingStages> m_batching;    // likewise
+  PrepareSoftContacts m_prepareSoftContacts;
+  SolveSubsteps m_solveSubsteps;
   IntegratePoses m_integratePoses;
   UpdateActivation m_updateActivation;
   GatherContacts m_gatherContacts;

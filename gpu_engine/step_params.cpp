@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "step_params.h"
 
+#include <algorithm>
+
 namespace btgpu {
 
 StepParams makeStepParams(const StepSettings& s, bool torsionRows) {
@@ -14,7 +16,8 @@ StepParams makeStepParams(const StepSettings& s, bool torsionRows) {
             (s.velocityDependentFriction ? 0u : STEP_NO_VELOCITY_FRICTION) |
             (s.interleaveContactAndFriction ? STEP_INTERLEAVE : 0u) |
             (s.disableDeactivation ? STEP_DISABLE_DEACTIVATION : 0u) | (torsionRows ? STEP_TORSION : 0u) |
-            (s.hostActivation ? STEP_HOST_ACTIVATION : 0u) | (s.wakeByContact ? STEP_WAKE_BY_CONTACT : 0u);
+            (s.hostActivation ? STEP_HOST_ACTIVATION : 0u) | (s.wakeByContact ? STEP_WAKE_BY_CONTACT : 0u) |
+            (s.solver == Solver::Fast ? STEP_SUBSTEPS : 0u);
   p.erp2 = s.erp2;
   p.globalCfm = s.globalCfm;
   p.splitImpulsePenetrationThreshold = s.splitImpulsePenetrationThreshold;
@@ -26,6 +29,12 @@ StepParams makeStepParams(const StepSettings& s, bool torsionRows) {
   p.maxGyroscopicForce = s.maxGyroscopicForce;
   p.contactThreshold = s.contactBreakingThreshold;
   p.deactivationTime = s.deactivationTime;
+  p.substeps = static_cast<uint>(std::max(1, s.substeps));
+  p.contactHertz = s.contactHertz;
+  p.contactDampingRatio = s.contactDampingRatio;
+  p.pushSpeed = s.pushSpeed;
+  p.jointHertz = s.jointHertz;
+  p.jointDampingRatio = s.jointDampingRatio;
   return p;
 }
 

@@ -47,6 +47,10 @@ struct StepSettings {
   Solver solver = Solver::Parity;
   GroupSplit groupSplit = GroupSplit::Index;
   BatchLaunches batchLaunches = BatchLaunches::Phase;
+  // Of Solver::Fast only (btGpuSettings::m_fastSubsteps and those that follow it there).
+  int substeps = 4;
+  float contactHertz = 60.0f, contactDampingRatio = 10.0f, pushSpeed = 3.0f;
+  float jointHertz = 60.0f, jointDampingRatio = 2.0f;
   bool keepContacts = false;  // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
 
   // Substeps that follow at once and will want the same settings, one fewer each: the engine may start the next one
@@ -63,7 +67,7 @@ struct StepSettings {
 };
 
 inline bool operator==(const StepSettings& a, const StepSettings& b) {
-  static_assert(sizeof(StepSettings) == 92, "a new setting has to be compared below");
+  static_assert(sizeof(StepSettings) == 116, "a new setting has to be compared below");
   const auto all = [](const StepSettings& s) {
     return std::tie(s.timeStep, s.iterations, s.erp2, s.globalCfm, s.sor, s.splitImpulse,
                     s.splitImpulsePenetrationThreshold, s.splitImpulseTurnErp, s.linearSlop, s.warmStartingFactor,
@@ -71,7 +75,8 @@ inline bool operator==(const StepSettings& a, const StepSettings& b) {
                     s.frictionDirectionCaching, s.velocityDependentFriction, s.interleaveContactAndFriction,
                     s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
                     s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts,
-                    s.solver, s.groupSplit, s.batchLaunches, s.substepsToFollow);
+                    s.solver, s.groupSplit, s.batchLaunches, s.substeps, s.contactHertz, s.contactDampingRatio,
+                    s.pushSpeed, s.jointHertz, s.jointDampingRatio, s.substepsToFollow);
   };
   return all(a) == all(b);
 }

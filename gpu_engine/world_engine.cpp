@@ -80,7 +80,13 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
   }
-  m_world->reserve(m_queue, wanted, m_flights[m_current].settings.twoFrictionDirections, m_traits.torsionRows);
+  reserve(wanted);
+}
+
+void WorldEngine::reserve(const Capacities& wanted) {
+  const StepSettings& settings = m_flights[m_current].settings;
+  m_world->reserve(m_queue, wanted, settings.twoFrictionDirections, m_traits.torsionRows);
+  if (settings.solver == Solver::Fast) m_world->reserveSubsteps(m_queue, m_traits.torsionRows);
 }
 
 void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
@@ -360,7 +366,7 @@ void WorldEngine::growAfterOverflow(const StepCounters& counters) {
   Capacities wanted = m_world->capacities;
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
-  m_world->reserve(m_queue, wanted, m_flights[m_current].settings.twoFrictionDirections, m_traits.torsionRows);
+  reserve(wanted);
 }
 
 // Launches follow what the last step used: empty ones cost time, missing ones a repeated step. The result of

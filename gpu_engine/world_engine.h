@@ -62,6 +62,7 @@ class WorldEngine {
   void launchCurrent(const WorldInput& input);
   void conclude(StepResults& results);
   void recover(const OpenClError& error);
+  void reserve(const Capacities& wanted);
   void makeRoom(size_t bodyCount);
   void makeRoomFor(Flight& flight);
   void enqueue(Flight& flight, bool ahead);

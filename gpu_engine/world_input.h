@@ -57,6 +57,7 @@ struct WorldInput {
   // All joints in the world's order and their rows, made anew each step from the poses at its start.
   std::vector<Joint> joints;
   std::vector<JointRow> jointRows;
+  std::vector<float> jointImpulses;  // of the last step, by row; empty: none known. For the fast mode
 
   // Pairs that must not collide (setIgnoreCollisionCheck, joints between linked bodies): sorted keys, lower body index
   // << 32 | higher one.

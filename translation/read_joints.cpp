@@ -5,8 +5,12 @@
 #include <BulletDynamics/ConstraintSolver/btHinge2Constraint.h>
 #include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
 
+#include <LinearMath/btTransformUtil.h>
+
+#include <algorithm>
 #include <cfloat>
 #include <cstring>
+#include <unordered_map>
 
 #include "../gpu_engine/zone.h"
 #include "../kernels/lib/motion.h"
@@ -60,6 +64,37 @@ class DampedBodies {
   std::vector<bool> m_done;
 };
 
+// Bodies where they will be after `ahead`, if nothing stops them; they get their poses back, bit by bit.
+class AdvancedBodies {
+ public:
+  explicit AdvancedBodies(btScalar ahead) : m_ahead(ahead) {}
+  ~AdvancedBodies() {
+    for (const Saved& s : m_saved) s.body->getWorldTransform() = s.pose;
+  }
+  AdvancedBodies(const AdvancedBodies&) = delete;
+  AdvancedBodies& operator=(const AdvancedBodies&) = delete;
+
+  void reserve(std::uint32_t slots) { m_done.assign(slots, false); }
+  void advance(btRigidBody& body, std::uint32_t slot) {
+    if (m_ahead == btScalar(0) || slot == kNoSlot || m_done[slot] || body.isStaticObject()) return;
+    m_done[slot] = true;
+    m_saved.push_back({&body, body.getWorldTransform()});
+    btTransform next;
+    btTransformUtil::integrateTransform(body.getWorldTransform(), body.getLinearVelocity(), body.getAngularVelocity(),
+                                        m_ahead, next);
+    body.getWorldTransform() = next;
+  }
+
+ private:
+  struct Saved {
+    btRigidBody* body;
+    btTransform pose;
+  };
+  btScalar m_ahead;
+  std::vector<Saved> m_saved;
+  std::vector<bool> m_done;
+};
+
 btScalar speedAlong(const btRigidBody& body, const btVector3& linear, const btVector3& angular) {
   return linear.dot(body.getLinearVelocity()) + angular.dot(body.getAngularVelocity());
 }
@@ -70,10 +105,16 @@ bool isDamped(const WorldReader& reader, std::uint32_t slot, const btRigidBody& 
 
 }  // namespace
 
-void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing) {
+void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing,
+                       btScalar ahead) {
   WorldInput& input = reader.input();
+  m_last.constraints.swap(m_constraints);
+  m_last.joints.swap(input.joints);
+  m_last.impulses.swap(m_impulses);
+  m_impulses.clear();
   input.joints.clear();
   input.jointRows.clear();
+  input.jointImpulses.clear();
   m_constraints.clear();
   m_evaluated.clear();
   for (int i = 0; i < world.getNumConstraints(); ++i) readJoint(*world.getConstraint(i), reader, missing);
@@ -83,10 +124,13 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   const btContactSolverInfo& info = world.getSolverInfo();
   DampedBodies damped(timeStep);
   damped.reserve(input.bodyCount);
+  AdvancedBodies advanced(ahead);
+  advanced.reserve(input.bodyCount);
   for (btTypedConstraint* constraint : m_constraints) {
     for (btRigidBody* body : {&constraint->getRigidBodyA(), &constraint->getRigidBodyB()}) {
       const std::uint32_t slot = reader.slotOf(*body);
       if (isDamped(reader, slot, *body)) damped.damp(*body, slot);
+      advanced.advance(*body, slot);
     }
   }
   // In the order of stock's convertJoints.
@@ -108,6 +152,31 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   m_out = &input.jointRows;
   for (std::size_t i = 0; i < m_constraints.size(); ++i) {
     if (input.joints[i].rowCount > 0) makeRows(*m_constraints[i], info, timeStep, input.joints[i]);
+  }
+  recallImpulses(input);
+}
+
+// Rows are those of the last step if a joint's are as many and of the same kinds.
+void JointReader::recallImpulses(WorldInput& input) {
+  if (m_last.impulses.empty()) return;
+  const std::size_t none = m_last.constraints.size();
+  input.jointImpulses.assign(input.jointRows.size(), 0.0f);
+  std::unordered_map<const btTypedConstraint*, std::size_t> places;
+  bool looked = false;
+  const auto placeOf = [&](std::size_t i) {  // in the last step: usually the same
+    if (i < m_last.constraints.size() && m_last.constraints[i] == m_constraints[i]) return i;
+    for (std::size_t k = 0; !looked && k < m_last.constraints.size(); ++k) places.emplace(m_last.constraints[k], k);
+    looked = true;
+    const auto found = places.find(m_constraints[i]);
+    return found == places.end() ? none : found->second;
+  };
+  for (std::size_t i = 0; i < m_constraints.size(); ++i) {
+    const Joint& now = input.joints[i];
+    const std::size_t place = now.rowCount > 0 ? placeOf(i) : none;
+    if (place == none) continue;
+    const Joint& then = m_last.joints[place];
+    if (then.rowCount != now.rowCount || then.equalRows != now.equalRows || then.boundRows != now.boundRows) continue;
+    std::copy_n(m_last.impulses.begin() + then.firstRow, now.rowCount, input.jointImpulses.begin() + now.firstRow);
   }
 }
 
@@ -184,6 +253,9 @@ void JointReader::makeRows(btTypedConstraint& constraint, const btContactSolverI
     if (joint.bodyB == NO_INDEX) {
       held += speedAlong(constraint.getRigidBodyB(), row.m_contactNormal2, row.m_relpos2CrossNormal);
     }
+    const bool noLower = row.m_lowerLimit <= -SIMD_INFINITY, noUpper = row.m_upperLimit >= SIMD_INFINITY;
+    if (r < 32 && noLower && noUpper) joint.equalRows |= 1u << r;
+    if (r < 32 && noLower != noUpper) joint.boundRows |= 1u << r;
     const btScalar upper = row.m_upperLimit >= breaking ? breaking : row.m_upperLimit;
     const btScalar lower = row.m_lowerLimit <= -breaking ? -breaking : row.m_lowerLimit;
     m_out->push_back({toFloat4(row.m_contactNormal1, static_cast<float>(row.m_rhs - held * info2.m_damping)),

@@ -15,12 +15,20 @@ class JointReader {
  public:
   // After reader.read(): fills joints and jointRows of reader.input(). What the device can't do goes into `missing`,
   // and then no joint has been touched.
-  void read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing);
+  // The rows are those of the bodies as they will be after `ahead`: in the fast mode the forces of a step move bodies
+  // by less than the whole of it, and only rows that are so much ahead of the step's start neither add energy nor take
+  // it (docs/decisions/0017-fast-mode.md).
+  void read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldReader& reader, FallbackList& missing,
+            btScalar ahead = btScalar(0));
+
+  // After a step on the device: the impulses by row, for the next step to start with.
+  void remember(const std::vector<float>& impulses) { m_impulses = impulses; }
 
   // The constraints that joints[i] of the input were made from.
   const std::vector<btTypedConstraint*>& constraints() const { return m_constraints; }
 
  private:
+  void recallImpulses(WorldInput& input);
   void readJoint(btTypedConstraint& constraint, WorldReader& reader, FallbackList& missing);
   void makeRows(btTypedConstraint& constraint, const btContactSolverInfo& info, btScalar timeStep, Joint& joint);
 
@@ -28,6 +36,12 @@ class JointReader {
   std::vector<char> m_evaluated;  // by joint: in an island, so that stock would set it up if that is awake
   btAlignedObjectArray<btSolverConstraint> m_rows;  // of one joint
   std::vector<JointRow>* m_out = nullptr;
+  std::vector<float> m_impulses;  // remembered
+  struct Last {
+    std::vector<btTypedConstraint*> constraints;  // compared, never looked into
+    std::vector<Joint> joints;
+    std::vector<float> impulses;
+  } m_last;  // of the last step
 };
 
 BTGPU_TRANSLATION_END

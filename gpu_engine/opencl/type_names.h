@@ -9,6 +9,7 @@
 #include "../../kernels/shared/joint.h"
 #include "../../kernels/shared/rows.h"
 #include "../../kernels/shared/shape.h"
+#include "../../kernels/shared/soft.h"
 #include "../../kernels/shared/step.h"
 
 namespace btgpu {
@@ -49,6 +50,7 @@ BTGPU_TYPE_NAME(RawContacts)
 BTGPU_TYPE_NAME(SeparatingAxis)
 BTGPU_TYPE_NAME(Shape)
 BTGPU_TYPE_NAME(SlotHeader)
+BTGPU_TYPE_NAME(SoftJointRow)
 BTGPU_TYPE_NAME(SolverBody)
 BTGPU_TYPE_NAME(SolverMass)
 BTGPU_TYPE_NAME(StepCounters)

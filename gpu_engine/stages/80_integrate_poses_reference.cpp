@@ -57,17 +57,21 @@ void integratePosesReference(const StepParams& params, const std::vector<BodySte
     Vec linear = toVec(dynamic ? steps[i].linearVelocity : state.velocities[i].linear);
     Vec angular = toVec(dynamic ? steps[i].angularVelocity : state.velocities[i].angular);
     bool moved = false;
+    Vec meanLinear = linear, meanAngular = angular;  // over the step
     if (written) {
       linear = linear + toVec(solver.deltaLinear) + toVec(steps[i].externalLinear);
       angular = angular + toVec(solver.deltaAngular) + toVec(steps[i].externalAngular);
+      const bool inSubsteps = params.flags & STEP_SUBSTEPS;
+      meanLinear = inSubsteps ? toVec(solver.pushLinear) : linear;
+      meanAngular = inSubsteps ? toVec(solver.turnAngular) : angular;
       const Vec push = toVec(solver.pushLinear), turn = toVec(solver.turnAngular);
-      if ((params.flags & STEP_SPLIT_IMPULSE) && (dot(push, push) != 0 || dot(turn, turn) != 0)) {
+      if ((params.flags & STEP_SPLIT_IMPULSE) && !inSubsteps && (dot(push, push) != 0 || dot(turn, turn) != 0)) {
         pose = move(pose, push, turn * params.splitImpulseTurnErp, dt);
         moved = true;
       }
     }
     if (dynamic && isActive(activations[i].state)) {
-      pose = move(pose, linear, angular, dt);
+      pose = move(pose, meanLinear, meanAngular, dt);
       moved = true;
     }
     const BodyPose newPose = {toFloat4(pose.position), toFloat4(pose.turn, pose.w)};

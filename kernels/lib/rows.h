@@ -139,6 +139,18 @@ LIB float4 anisotropic(uint flags, uint wanted, BodyMaterial m, Matrix3 rotation
 
 // ---- solve
 
+// Response to impulses with both factors applied twice, as Bullet does (once in the row, once when the impulse is
+// applied).
+LIB SolverMass makeSolverMass(BodyStep step, BodyMass body) {
+  const float4 lf = body.linearFactor, af = body.angularFactor;
+  const float m = step.linearVelocity.w;
+  SolverMass mass;
+  mass.row0 = withW(step.inverseInertia0 * (af.x * af.x), m * lf.x * lf.x);
+  mass.row1 = withW(step.inverseInertia1 * (af.y * af.y), m * lf.y * lf.y);
+  mass.row2 = withW(step.inverseInertia2 * (af.z * af.z), m * lf.z * lf.z);
+  return mass;
+}
+
 // Velocity change of the two bodies of a slot, and how they answer to impulses.
 STRUCT(SlotBodies) {
   float4 linearA, angularA, linearB, angularB;

@@ -15,7 +15,9 @@ STRUCT(Joint) {
   uint enabled;         // 0: no rows, and its bodies' islands stay apart
   float damping;        // share of the velocity error that a row removes
   float leastMobility;  // Bullet's SIMD_EPSILON: a row that yields less is not solved
-  uint unused[2];
+  // Of the fast mode only.
+  uint equalRows;       // bit r: row r is without limits, for a position error
+  uint boundRows;       // bit r: it has one limit, the joint's own
 };
 
 // One row as getInfo2 makes it. Bullet's btSolverConstraint: contactNormal1, relpos1CrossNormal and so on.

@@ -21,6 +21,7 @@ BTGPU_BEGIN
 #define STEP_HOST_ACTIVATION 0x400u       // actions may still change velocities: the host updates the timers
 #define STEP_WAKE_BY_CONTACT 0x800u       // btDispatcherInfo::m_deterministicOverlappingPairs: no wake without a contact
 #define STEP_CONTACTS_UNSEEN 0x1000u      // the host was not sent the contacts of the step before
+#define STEP_SUBSTEPS 0x2000u             // fast mode: the solver has moved the bodies as well
 
 STRUCT(StepParams) {
   float timeStep;
@@ -33,7 +34,10 @@ STRUCT(StepParams) {
   float contactThreshold;     // gContactBreakingThreshold: AABBs grow by it
   float deactivationTime;     // gDeactivationTime
   uint hostManifoldCount;     // manifolds of the host behind those of the pairs
-  uint unused[2];
+  // Of the fast mode only.
+  uint substeps;                                         // that the step is cut into
+  float contactHertz, contactDampingRatio, pushSpeed;    // softness of contacts; 1 / time, 1, length / time
+  float jointHertz, jointDampingRatio;                   // and of joints
 };
 
 // Bits of StepCounters.overflow: what was too small. Every later kernel of the step returns at once, and the
@@ -60,7 +64,7 @@ STRUCT(StepCounters) {
   uint touchingCount;     // manifolds with points, if the host wants contacts
   uint freshCount;        // of these, not carried over from the last step
   uint largeColours;      // colours up to the last one that is worth a launch of its own
-  uint unused;
+  uint bouncing;          // fast mode: contacts with restitution to see to
 };
 
 BTGPU_END

@@ -12,6 +12,7 @@
 #include "joint.h"
 #include "rows.h"
 #include "shape.h"
+#include "soft.h"
 #include "step.h"
 
 // For each struct SIZE(struct, bytes), followed by FIELD(struct, field) for its fields in order.
@@ -76,11 +77,14 @@
   SIZE(Joint, 48)                                                                                           \
     FIELD(Joint, bodyA) FIELD(Joint, bodyB) FIELD(Joint, islandA) FIELD(Joint, islandB)                     \
     FIELD(Joint, firstRow) FIELD(Joint, rowCount) FIELD(Joint, iterations) FIELD(Joint, enabled)            \
-    FIELD(Joint, damping) FIELD(Joint, leastMobility) FIELD(Joint, unused)                                  \
+    FIELD(Joint, damping) FIELD(Joint, leastMobility) FIELD(Joint, equalRows)                               \
+    FIELD(Joint, boundRows)                                                                                 \
   SIZE(JointRow, 64)                                                                                        \
     FIELD(JointRow, linearA) FIELD(JointRow, angularA) FIELD(JointRow, linearB) FIELD(JointRow, angularB)   \
   SIZE(JointEffect, 8)                                                                                      \
     FIELD(JointEffect, jac) FIELD(JointEffect, rhs)                                                         \
+  SIZE(SoftJointRow, 8)                                                                                     \
+    FIELD(SoftJointRow, wanted) FIELD(SoftJointRow, impulse)                                                \
   SIZE(SlotHeader, 16)                                                                                      \
     FIELD(SlotHeader, bodyA) FIELD(SlotHeader, bodyB) FIELD(SlotHeader, manifold)                           \
     FIELD(SlotHeader, pointCount)                                                                           \
@@ -95,21 +99,23 @@
   SIZE(HullEdge, 48)                                                                                        \
     FIELD(HullEdge, normalA) FIELD(HullEdge, normalB) FIELD(HullEdge, from) FIELD(HullEdge, to)             \
     FIELD(HullEdge, unused)                                                                                 \
-  SIZE(StepParams, 64)                                                                                      \
+  SIZE(StepParams, 80)                                                                                      \
     FIELD(StepParams, timeStep) FIELD(StepParams, flags) FIELD(StepParams, erp2)                            \
     FIELD(StepParams, globalCfm) FIELD(StepParams, splitImpulsePenetrationThreshold)                        \
     FIELD(StepParams, splitImpulseTurnErp) FIELD(StepParams, linearSlop)                                    \
     FIELD(StepParams, warmStartingFactor) FIELD(StepParams, sor)                                            \
     FIELD(StepParams, restitutionVelocityThreshold) FIELD(StepParams, maxGyroscopicForce)                   \
     FIELD(StepParams, contactThreshold) FIELD(StepParams, deactivationTime)                                 \
-    FIELD(StepParams, hostManifoldCount) FIELD(StepParams, unused)                                          \
+    FIELD(StepParams, hostManifoldCount) FIELD(StepParams, substeps) FIELD(StepParams, contactHertz)        \
+    FIELD(StepParams, contactDampingRatio) FIELD(StepParams, pushSpeed)                                     \
+    FIELD(StepParams, jointHertz) FIELD(StepParams, jointDampingRatio)                                      \
   SIZE(StepCounters, 64)                                                                                    \
     FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \
     FIELD(StepCounters, uncoloured) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
     FIELD(StepCounters, quarantined) FIELD(StepCounters, boxOverlaps) FIELD(StepCounters, outOfBounds)      \
     FIELD(StepCounters, touchingCount) FIELD(StepCounters, freshCount) FIELD(StepCounters, largeColours) \
-    FIELD(StepCounters, unused)                                                                             \
+    FIELD(StepCounters, bouncing)                                                                           \
   SIZE(DebugRecord, 992)                                                                                    \
     FIELD(DebugRecord, failures) FIELD(DebugRecord, kind) FIELD(DebugRecord, line) FIELD(DebugRecord, item) \
     FIELD(DebugRecord, values) FIELD(DebugRecord, arrayCount) FIELD(DebugRecord, unused)                    \

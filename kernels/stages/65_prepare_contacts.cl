@@ -6,24 +6,16 @@
 #include "../lib/prepare_wide.h"
 #endif
 
-// Makes the solver's bodies ready: no velocity change yet, response to impulses with both factors applied twice,
-// as Bullet does (once in the row, once when the impulse is applied).
+// Makes the solver's bodies ready: no velocity change yet, and the response to impulses.
 KERNEL prepareBodies(uint bodyCount, __global const StepCounters* counters, __global const BodyStep* steps,
                      __global const BodyMass* masses, __global SolverBody* solverBodies,
                      __global SolverMass* solverMasses) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, bodyCount) {
-    const BodyStep step = steps[i];
     SolverBody body;
     body.deltaLinear = body.deltaAngular = body.pushLinear = body.turnAngular = vec3(0.0f, 0.0f, 0.0f);
     solverBodies[i] = body;
-    const float4 lf = masses[i].linearFactor, af = masses[i].angularFactor;
-    const float m = step.linearVelocity.w;
-    SolverMass mass;
-    mass.row0 = withW(step.inverseInertia0 * (af.x * af.x), m * lf.x * lf.x);
-    mass.row1 = withW(step.inverseInertia1 * (af.y * af.y), m * lf.y * lf.y);
-    mass.row2 = withW(step.inverseInertia2 * (af.z * af.z), m * lf.z * lf.z);
-    solverMasses[i] = mass;
+    solverMasses[i] = makeSolverMass(steps[i], masses[i]);
   }
 }
 

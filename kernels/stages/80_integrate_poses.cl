@@ -22,20 +22,26 @@ KERNEL integratePoses(CHECKS uint bodyCount, __global const StepParams* params, 
     const BodyPose oldPose = poses[i];
     BodyPose pose = oldPose;
     float4 linear = velocities[i].linear, angular = velocities[i].angular;
+    float4 meanLinear, meanAngular;  // over the step
     const int dynamic = (flags & BODY_INTEGRATED) && !isStaticOrKinematic(flags);
     if (dynamic) {
       linear = xyz(steps[i].linearVelocity);
       angular = xyz(steps[i].angularVelocity);
     }
+    meanLinear = linear;
+    meanAngular = angular;
     if (solved[i] && steps[i].angularVelocity.w != 0.0f) {
       const SolverBody s = solverBodies[i];
       linear = xyz(linear + s.deltaLinear + steps[i].externalLinear);
       angular = xyz(angular + s.deltaAngular + steps[i].externalAngular);
-      if ((params->flags & STEP_SPLIT_IMPULSE) && (lengthSqr3(s.pushLinear) != 0.0f || lengthSqr3(s.turnAngular) != 0.0f)) {
+      meanLinear = params->flags & STEP_SUBSTEPS ? s.pushLinear : linear;
+      meanAngular = params->flags & STEP_SUBSTEPS ? s.turnAngular : angular;
+      if ((params->flags & (STEP_SPLIT_IMPULSE | STEP_SUBSTEPS)) == STEP_SPLIT_IMPULSE &&
+          (lengthSqr3(s.pushLinear) != 0.0f || lengthSqr3(s.turnAngular) != 0.0f)) {
         pose = integratePose(pose, s.pushLinear, s.turnAngular * params->splitImpulseTurnErp, timeStep);
       }
     }
-    if (dynamic && isActiveState(activations[i].state)) pose = integratePose(pose, linear, angular, timeStep);
+    if (dynamic && isActiveState(activations[i].state)) pose = integratePose(pose, meanLinear, meanAngular, timeStep);
     if (!isFiniteState(pose, linear, angular)) {
       pose = oldPose;
       linear = angular = vec3(0.0f, 0.0f, 0.0f);

@@ -24,9 +24,9 @@ int main(int argc, char** argv) {
   CLI::App app{"btgpu steps Bullet worlds on OpenCL and holds them against stock Bullet"};
   app.set_version_flag("--version", BTGPU_VERSION);
   app.require_subcommand(1);
-  const std::vector<Command> commands = {addInfoCommand(app),       addScenesCommand(app),     addCompareCommand(app),
-                                         addCrosscheckCommand(app), addBenchCommand(app),      addReplayCommand(app),
-                                         addProfileCommand(app),    addConvergenceCommand(app)};
+  const std::vector<Command> commands = {addInfoCommand(app),       addScenesCommand(app),      addCompareCommand(app),
+                                         addCrosscheckCommand(app), addBenchCommand(app),       addReplayCommand(app),
+                                         addProfileCommand(app),    addConvergenceCommand(app), addQualityCommand(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
