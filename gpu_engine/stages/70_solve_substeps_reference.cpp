@@ -74,6 +74,7 @@ class Solver {
       m_start = m_v;
       if (i > 0 || (m_params.flags & STEP_WARM_START)) applyAll();
       pass(false, Real(i));
+      notePushed();
       for (size_t b = 0; b < m_v.size(); ++b) {
         m_moved[b].linear = m_moved[b].linear + m_v[b].linear * m_h;
         m_moved[b].angular = m_moved[b].angular + m_v[b].angular * m_h;

@@ -178,16 +178,18 @@ static void solveSoftSlot(CHECKS uint slot, StepParams params, uint pass, uint s
 static void passBody(uint i, StepParams params, uint pass, __global const BodyStep* steps, __global SolverBody* bodies,
                      __global BodyVelocity* starts) {
   const float4 linear = bodies[i].deltaLinear, angular = bodies[i].deltaAngular;
+  const float4 gainedLinear = xyz(linear - starts[i].linear), gainedAngular = xyz(angular - starts[i].angular);
+  // Impulses that cancel each other leave a few roundings. Those of a substep's first pass count even if the second one
+  // takes them back: the body has moved in between.
+  const int pushed = starts[i].linear.w != 0.0f || lengthSqr3(gainedLinear) > SUB_ROUNDING * lengthSqr3(linear) ||
+                     lengthSqr3(gainedAngular) > SUB_ROUNDING * lengthSqr3(angular);
   if (pass == SUB_MOVE) {
     const float h = substepOf(params);
+    starts[i].linear.w = pushed ? 1.0f : 0.0f;
     bodies[i].pushLinear += linear * h;
     bodies[i].turnAngular += angular * h;
     return;
   }
-  const float4 gainedLinear = xyz(linear - starts[i].linear), gainedAngular = xyz(angular - starts[i].angular);
-  // Impulses that cancel each other leave a few roundings.
-  const int pushed = starts[i].linear.w != 0.0f || lengthSqr3(gainedLinear) > SUB_ROUNDING * lengthSqr3(linear) ||
-                     lengthSqr3(gainedAngular) > SUB_ROUNDING * lengthSqr3(angular);
   if (pass == SUB_BEGIN) {
     const float part = 1.0f / (float)params.substeps;
     const float4 startLinear = xyz(linear + steps[i].externalLinear * part);
