@@ -51,9 +51,11 @@ nlohmann::json figuresJson(const RunStatistics& run, double msPerStep) {
           {"penetration99", number(run.depth99())}};
 }
 
-// Checks that ask how near a step is to what Bullet's own rows want: the fast mode has rows of its own.
+// Checks that ask how near a step is to what Bullet's own rows want, and motion to what comes of them: the fast mode has
+// rows of its own.
 bool isOfBulletsRows(const std::string& check) {
-  return check == "solver.single_velocity" || check == "solver.residual" || check == "solver.distance_to_converged";
+  return check == "solver.single_velocity" || check == "solver.residual" || check == "solver.distance_to_converged" ||
+         check == "free.position";
 }
 
 void drawEnds(const btDiscreteDynamicsWorld& gpu, const btDiscreteDynamicsWorld& stock, ReportData& report) {
