@@ -81,7 +81,7 @@ struct StepResults {
   std::vector<std::uint32_t> quarantined;  // not empty if a body came out not finite: all in quarantine, ascending
 
   // With StepSettings::keepContacts: one manifold a pair that overlaps, in the order of the pairs, then those of the
-  // host.
+  // host. Points beyond a manifold's count are whatever its place held before.
   std::vector<Manifold> matchedManifolds;  // as the solver got them, impulses of the last step
   std::vector<Manifold> manifolds;         // after the step
 

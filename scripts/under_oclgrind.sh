@@ -9,12 +9,13 @@ log=$(mktemp) && output=$(mktemp) || exit 1
 trap 'rm -f "$log" "$output"' EXIT
 # Kernels are not optimised, since Oclgrind's old LLVM lacks some of its own optimiser's intrinsics, and never come
 # from a cache; small scenes are spread over several work items. Loads of words that others change meanwhile are atomic.
+# Oclgrind's own --inst-counts would tell what ran, but writes past its counts and can crash.
 BTGPU_BUILD_OPTIONS="-cl-opt-disable -DBTGPU_ATOMIC_LOADS" BTGPU_CACHE_DIR=$(mktemp -d) BTGPU_GRAIN=8 \
-  oclgrind --data-races --num-threads 1 --inst-counts --log "$log" "$@" >"$output" 2>&1
+  BTGPU_COUNT_LAUNCHES=1 oclgrind --data-races --num-threads 1 --log "$log" "$@" >"$output" 2>&1
 status=$?
-grep -v '^ *[0-9][0-9]* - ' "$output" | grep -v '^Instructions executed for kernel' | tail -n 40
+tail -n 40 "$output"
 if [ $status -ne 0 ]; then exit $status; fi
-if ! grep -q 'Instructions executed for kernel' "$output"; then
+if ! grep -q '^launches of kernels: [1-9]' "$output"; then
   echo "under_oclgrind: no kernel was run" >&2
   exit 1
 fi

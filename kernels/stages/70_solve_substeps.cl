@@ -210,9 +210,9 @@ static void passBody(uint i, StepParams params, uint pass, __global const BodySt
   bodies[i].deltaAngular = pushed ? angular - freeAngular : none;
 }
 
-static int isBodyPass(uint pass) { return pass == SUB_MOVE || pass == SUB_BEGIN || pass == SUB_FINISH; }
-
 #ifdef BTGPU_SHAPE_CPU
+
+static int isBodyPass(uint pass) { return pass == SUB_MOVE || pass == SUB_BEGIN || pass == SUB_FINISH; }
 
 static void solveSoftSlots(CHECKS uint slot, StepParams params, uint pass, uint substep, __global const SlotHeader* slots,
                            __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,

@@ -3,6 +3,8 @@
 // Every array grows as needed: a step that overflowed is done again, and comes out bit for bit as in a world
 // that had room for everything from the start. Nothing is dropped, whatever the numbers.
 
+#include <algorithm>
+
 #include "gpu_engine/world_engine.h"
 #include "tests/support/device_test.h"
 #include "tests/support/roomy_world.h"
@@ -44,6 +46,14 @@ void place(WorldInput& input, uint body, float4 position) {
   input.velocities.changed.push_back(body);
 }
 
+// Points beyond a manifold's count are whatever its place held before.
+bool sameManifolds(std::vector<Manifold> a, std::vector<Manifold> b) {
+  for (std::vector<Manifold>* manifolds : {&a, &b}) {
+    for (Manifold& m : *manifolds) std::fill(m.points + m.pointCount, m.points + MANIFOLD_POINTS, ContactPoint{});
+  }
+  return same(a, b);
+}
+
 // The engine beside a world with room, fed with the same input.
 class Growth : public DeviceTest {
  protected:
@@ -69,7 +79,7 @@ class Growth : public DeviceTest {
     EXPECT_TRUE(same(a.poses, b.poses)) << what;
     EXPECT_TRUE(same(a.velocities, b.velocities)) << what;
     EXPECT_TRUE(same(a.activations, b.activations)) << what;
-    EXPECT_TRUE(same(a.manifolds, b.manifolds)) << what;
+    EXPECT_TRUE(sameManifolds(a.manifolds, b.manifolds)) << what;
     EXPECT_TRUE(sameBits(a.counters, b.counters)) << what;
   }
 
@@ -209,7 +219,7 @@ TEST_F(Growth, ManifoldsOfTheStockPath) {
   engine.finish(results);
   EXPECT_TRUE(same(results.poses, expected.poses));
   EXPECT_TRUE(same(results.velocities, expected.velocities));
-  EXPECT_TRUE(same(results.manifolds, expected.manifolds));
+  EXPECT_TRUE(sameManifolds(results.manifolds, expected.manifolds));
 }
 
 // The room that a step needs, found in a world that has plenty.

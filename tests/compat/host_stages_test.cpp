@@ -132,7 +132,10 @@ TEST(HostStages, VariantsAgreeAndAreTheSameTwice) {
     Heap plain(settings), again(settings);
     const std::uint64_t hash = plain.run().hash();
     EXPECT_EQ(again.run().hash(), hash);
-    EXPECT_NE(hash, parity) << "another solver";
+    // So small a world is one group by index, whose batches are the colours of parity mode.
+    if (variant.split != btGpuGroupSplit::Index) {
+      EXPECT_NE(hash, parity) << "another solver";
+    }
     settings.m_checkStages = true;
     Heap checked(settings);
     EXPECT_EQ(checked.run().hash(), hash);

@@ -153,7 +153,7 @@ TEST(Assertions, AnAssertionAboutFloats) {
 
 // In the solver's vector code of the CPU shape too: a body that is not there.
 TEST(Assertions, ABodyThatIsNotThere) {
-  const StepResults results = stepWith("stages/60_colour_constraints.cl", "  AT(slots, s) = header;",
+  const StepResults results = stepWith("lib/slots.h", "  AT(slots, s) = header;",
                                        "  if (s == 0) header.bodyA = 500000;\n  AT(slots, s) = header;");
   EXPECT_GE(results.failedAssertions, 1u);
   EXPECT_EQ(results.firstAssertion.rfind("assertion in 70_solve_velocities, solve", 0), 0u) << results.firstAssertion;

@@ -70,9 +70,10 @@ TEST_P(StageHashesTest, TheSameInEachProcess) {
 TEST_P(StageHashesTest, AOneBitChangeShowsInItsStage) {
   const std::string kernels = std::string("BTGPU_KERNEL_DIR=") + BTGPU_SOURCE_DIR;
   const auto good = hashes("stack", "2,2,2", {kernels});
-  const std::string store = "solverMasses[i] = mass;";
-  const ChangedKernels changed("stages/65_prepare_contacts.cl", store,
-                               "mass.row1.y = as_float(as_uint(mass.row1.y) ^ (uint)(i == 3)); " + store);
+  const std::string store = "solverMasses[i] = makeSolverMass(steps[i], masses[i]);";
+  const ChangedKernels changed(
+      "stages/65_prepare_contacts.cl", store,
+      store + " if (i == 3) solverMasses[i].row1.y = as_float(as_uint(solverMasses[i].row1.y) ^ 1u);");
   const auto bad = hashes("stack", "2,2,2", {"BTGPU_KERNEL_DIR=" + changed.path()});
   ASSERT_GE(good.size(), 6u * 15);
   ASSERT_EQ(good.size(), bad.size());
