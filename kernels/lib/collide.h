@@ -16,7 +16,8 @@ LIB RawContacts noContacts(void) {
   raw.normal = vec3(0.0f, 1.0f, 0.0f);
   for (int k = 0; k < RAW_POINTS; ++k) raw.points[k] = vec3(0.0f, 0.0f, 0.0f);
   raw.count = 0;
-  raw.unused[0] = raw.unused[1] = raw.unused[2] = 0;
+  raw.axis = 0;
+  raw.unused[0] = raw.unused[1] = 0;
   return raw;
 }
 

@@ -41,7 +41,8 @@ STRUCT(RawContacts) {
   float4 normal;              // unit, world axes, on B (from B towards A); w = 0
   float4 points[RAW_POINTS];  // xyz: point on B, world axes, relative to A's position; w: distance, < 0 inside
   int count;
-  int unused[3];
+  uint axis;  // of convex pairs: for Manifold.axis
+  int unused[2];
 };
 
 // Bits of ContactPoint.flags: Bullet's btContactPointFlags.
@@ -76,7 +77,7 @@ STRUCT(Manifold) {
   float breakingThreshold;    // fixed when the manifold is made, as in Bullet
   float processingThreshold;  // likewise
   uint unseen;                // 1: it may differ from what the host saw last, before this step
-  uint unused;
+  uint axis;                  // convex pairs: where to look first in the next step, from A to B (packAxis); 0: nowhere
   ContactPoint points[MANIFOLD_POINTS];
 };
 

@@ -32,7 +32,7 @@ SINGLE_KERNEL countConvexPairs(__global const StepCounters* counters, __global c
       counters->overflow ? 0 : bucketFirst[BUCKET_LAST_CONVEX + 1] - bucketFirst[BUCKET_FIRST_CONVEX];
 }
 
-// GJK, started from the normal of the last step. Of the pair at position k: near[k] is 1 where a contact is possible,
+// GJK, started from the normal of the last step, or from the axis that the two were apart along. Of the pair at position k: near[k] is 1 where a contact is possible,
 // overlap[k] where the cores overlap and findWaysOut has to find the axis. Clears the pair's candidates.
 KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
                            __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
@@ -61,16 +61,19 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
       threshold = AT(oldManifolds, pair.oldManifold).breakingThreshold;
       if (AT(oldManifolds, pair.oldManifold).pointCount > 0) {
         start = -mulTransposed(ra, AT(oldManifolds, pair.oldManifold).points[0].normalWorldOnB);
+      } else if (AT(oldManifolds, pair.oldManifold).axis != 0) {
+        start = mulTransposed(ra, unpackAxis(AT(oldManifolds, pair.oldManifold).axis));
       }
     }
     ClosestFeatures found;
     found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
     const int what = closestFeatures(cores, hulls, start, a.margin + b.margin + threshold, &found);
     if (what == CORES_NEAR) preferFace(cores, hulls, &found);
-    AT(closest, k) = found;
+    if (what != CORES_FAR) AT(closest, k) = found;
     AT(near, k) = what != CORES_FAR;
     AT(overlap, k) = what == CORES_OVERLAP;
     AT(contacts, i).count = 0;
+    AT(contacts, i).axis = what == CORES_OVERLAP ? 0 : packAxis(mulMatrix(ra, found.normal / length3(found.normal)));
   }
 }
 

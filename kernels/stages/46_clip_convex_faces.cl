@@ -30,6 +30,7 @@ KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCa
     float threshold = fmin(a.breakingThreshold, b.breakingThreshold);
     if (pair.oldManifold != NO_INDEX) threshold = AT(oldManifolds, pair.oldManifold).breakingThreshold;
     RawContacts raw = noContacts();
+    raw.axis = AT(contacts, i).axis;
     ASSERT_FLOATS(isUnit(AT(closest, k).normal), AT(closest, k).normal.x, AT(closest, k).normal.w);
     collideConvex(cores, hulls, AT(closest, k), ra, threshold, &raw);
     ASSERT(raw.count >= 0 && raw.count <= RAW_POINTS, raw.count, i);

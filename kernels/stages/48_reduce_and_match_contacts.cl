@@ -12,7 +12,7 @@ static Manifold newManifold(Pair pair, Shape a, Shape b, BodyMaterial materialA,
   m.pointCount = 0;
   m.breakingThreshold = fmin(a.breakingThreshold, b.breakingThreshold);
   m.processingThreshold = fmin(materialA.contactProcessingThreshold, materialB.contactProcessingThreshold);
-  m.unseen = m.unused = 0;
+  m.unseen = m.axis = 0;
   return m;
 }
 
@@ -32,7 +32,7 @@ static Manifold loadHead(__global const Manifold* from) {
   m.breakingThreshold = from->breakingThreshold;
   m.processingThreshold = from->processingThreshold;
   m.unseen = from->unseen;
-  m.unused = from->unused;
+  m.axis = from->axis;
   return m;
 }
 
@@ -44,7 +44,7 @@ static void store(const Manifold* m, __global Manifold* to) {
   to->breakingThreshold = m->breakingThreshold;
   to->processingThreshold = m->processingThreshold;
   to->unseen = m->unseen;
-  to->unused = m->unused;
+  to->axis = m->axis;
   UNROLL
   for (int k = 0; k < MANIFOLD_POINTS; ++k) {
     if (k < m->pointCount) to->points[k] = m->points[k];
@@ -89,6 +89,7 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
       const int persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
       if (!persistent) m.pointCount = 0;
       m.unseen = 1;
+      if (pair.bucket >= BUCKET_FIRST_CONVEX && pair.bucket <= BUCKET_LAST_CONVEX) m.axis = AT(contacts, i).axis;
       const int candidates = AT(contacts, i).count;
       ASSERT(candidates >= 0 && candidates <= RAW_POINTS, candidates, i);
       if (candidates > 0 || m.pointCount > 0) {
