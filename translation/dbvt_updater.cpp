@@ -79,20 +79,31 @@ class PairTable {
         m_first(cache.*memberPointer(PairHashTable())),
         m_next(cache.*memberPointer(PairNext())) {}
 
-  bool has(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const {
-    const auto low = static_cast<unsigned>(std::min(a.m_uniqueId, b.m_uniqueId));
-    const auto high = static_cast<unsigned>(std::max(a.m_uniqueId, b.m_uniqueId));
-    const auto hash = static_cast<int>((m_cache.*memberPointer(PairHashFunction()))(low, high) &
-                                       static_cast<unsigned>(m_pairs.capacity() - 1));
-    if (hash >= m_first.size()) return false;
-    for (int i = m_first[hash]; i != BT_NULL_PAIR; i = m_next[i]) {
-      const btBroadphasePair& pair = m_pairs[i];
-      if (static_cast<unsigned>(pair.m_pProxy0->m_uniqueId) == low &&
-          static_cast<unsigned>(pair.m_pProxy1->m_uniqueId) == high) {
-        return true;
-      }
+  // Leaves those that are not in the cache, in their order; the lower id first, as the cache has it. What is looked at
+  // lies anywhere in memory: all of it is asked for before. `places` is there to be used again.
+  void keepMissing(std::vector<DbvtUpdater::ProxyPair>& pairs, std::vector<int>& places) const {
+    places.clear();
+    for (const auto& [low, high] : pairs) {
+      const auto hash = static_cast<int>(
+          (m_cache.*memberPointer(PairHashFunction()))(static_cast<unsigned>(low->m_uniqueId),
+                                                       static_cast<unsigned>(high->m_uniqueId)) &
+          static_cast<unsigned>(m_pairs.capacity() - 1));
+      places.push_back(hash < m_first.size() ? hash : BT_NULL_PAIR);
+      if (places.back() != BT_NULL_PAIR) __builtin_prefetch(&m_first[hash]);
     }
-    return false;
+    for (int& place : places) {
+      if (place != BT_NULL_PAIR) place = m_first[place];
+      if (place != BT_NULL_PAIR) __builtin_prefetch(&m_pairs[place]);
+    }
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      int i = places[k];
+      while (i != BT_NULL_PAIR && !(m_pairs[i].m_pProxy0 == pairs[k].first && m_pairs[i].m_pProxy1 == pairs[k].second)) {
+        i = m_next[i];
+      }
+      if (i == BT_NULL_PAIR) pairs[count++] = pairs[k];
+    }
+    pairs.resize(count);
   }
 
  private:
@@ -228,41 +239,48 @@ void DbvtUpdater::findPairs(btDbvtBroadphase& broadphase) {
   constexpr std::size_t kChunk = 128;
   auto& cache = static_cast<btHashedOverlappingPairCache&>(*broadphase.m_paircache);
   const PairTable known(cache);
+  for (const btDbvtProxy* proxy : m_movedProxies) {
+    const auto id = static_cast<std::size_t>(proxy->m_uniqueId);
+    if (m_isMoved.size() <= id) m_isMoved.resize(id + 1);
+    m_isMoved[id] = true;
+  }
   m_found.resize(chunkCount(m_moved.size(), kChunk));
   parallelChunks(m_moved.size(), kChunk, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    struct Collector : btDbvt::ICollide {
+      void Process(const btDbvtNode* node) override {
+        auto* other = static_cast<btDbvtProxy*>(node->data);
+        if (other == proxy) return;
+        ++found->overlaps;
+        const auto id = static_cast<std::size_t>(other->m_uniqueId);
+        const bool low = proxy->m_uniqueId < other->m_uniqueId;
+        // Two that moved find each other: one of them is enough.
+        if (!low && id < isMoved->size() && (*isMoved)[id]) return;
+        found->missing.emplace_back(low ? proxy : other, low ? other : proxy);
+      }
+      const std::vector<bool>* isMoved;
+      btDbvtProxy* proxy;
+      Found* found;
+    } collector;
     Found& found = m_found[chunk];
     found.missing.clear();
     found.overlaps = 0;
+    collector.isMoved = &m_isMoved;
+    collector.found = &found;
     btNodeStack stack;
     for (std::size_t k = first; k < last; ++k) {
-      btDbvtProxy* proxy = m_movedProxies[k];
-      struct Collector : btDbvt::ICollide {
-        void Process(const btDbvtNode* node) override {
-          auto* other = static_cast<btDbvtProxy*>(node->data);
-          if (other == proxy) return;
-          ++found->overlaps;
-          if (!known->has(*proxy, *other)) found->missing.emplace_back(proxy, other);
-        }
-        btDbvtProxy* proxy;
-        const PairTable* known;
-        Found* found;
-      } collector;
-      collector.proxy = proxy;
-      collector.known = &known;
-      collector.found = &found;
+      collector.proxy = m_movedProxies[k];
       for (const int set : {btDbvtBroadphase::FIXED_SET, btDbvtBroadphase::DYNAMIC_SET}) {
         const btDbvt& tree = broadphase.m_sets[set];
-        tree.collideTVNoStackAlloc(tree.m_root, proxy->leaf->volume, stack, collector);
+        tree.collideTVNoStackAlloc(tree.m_root, collector.proxy->leaf->volume, stack, collector);
       }
     }
+    known.keepMissing(found.missing, found.places);
   });
+  for (const btDbvtProxy* proxy : m_movedProxies) m_isMoved[static_cast<std::size_t>(proxy->m_uniqueId)] = false;
   broadphase.m_needcleanup = true;
   for (const Found& found : m_found) {
     broadphase.m_newpairs += found.overlaps;
-    for (auto [a, b] : found.missing) {
-      if (a->m_uniqueId > b->m_uniqueId) std::swap(a, b);
-      cache.addOverlappingPair(a, b);
-    }
+    for (const auto& [a, b] : found.missing) cache.addOverlappingPair(a, b);
   }
 }
 

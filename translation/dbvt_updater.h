@@ -20,6 +20,7 @@ BTGPU_TRANSLATION_BEGIN
 // put where it belongs in one of kPlaceEvery updates, so that the tree follows what moves far.
 class DbvtUpdater {
  public:
+  using ProxyPair = std::pair<btDbvtProxy*, btDbvtProxy*>;
   struct Bounds {
     btVector3 lower, upper;
     btBroadphaseProxy* proxy;  // null: to be left out
@@ -47,10 +48,12 @@ class DbvtUpdater {
   std::vector<btDbvtProxy*> m_movedProxies;     // those elements' proxies
   std::vector<btDbvtNode*> m_tops, m_subtrees;  // of the tree that is fitted
   struct Found {
-    std::vector<std::pair<btDbvtProxy*, btDbvtProxy*>> missing;  // overlapping, not in the cache
-    int overlaps = 0;
+    std::vector<ProxyPair> missing;  // overlapping, not in the cache; the lower id first
+    std::vector<int> places;
+    int overlaps = 0;  // each pair of two that moved counts twice, as in stock
   };
-  std::vector<Found> m_found;  // by chunk
+  std::vector<bool> m_isMoved;  // by id of the proxy
+  std::vector<Found> m_found;   // by chunk
 };
 
 BTGPU_TRANSLATION_END

@@ -64,7 +64,7 @@
     FIELD(ClosestFeatures, normal) FIELD(ClosestFeatures, onA) FIELD(ClosestFeatures, onB)                  \
   SIZE(RawContacts, 160)                                                                                    \
     FIELD(RawContacts, normal) FIELD(RawContacts, points) FIELD(RawContacts, count)                         \
-    FIELD(RawContacts, unused)                                                                              \
+    FIELD(RawContacts, axis) FIELD(RawContacts, unused)                                                     \
   SIZE(ContactPoint, 112)                                                                                   \
     FIELD(ContactPoint, localPointA) FIELD(ContactPoint, localPointB) FIELD(ContactPoint, normalWorldOnB)   \
     FIELD(ContactPoint, lateralFrictionDir1) FIELD(ContactPoint, lateralFrictionDir2)                       \
@@ -73,7 +73,7 @@
   SIZE(Manifold, 480)                                                                                       \
     FIELD(Manifold, bodyA) FIELD(Manifold, bodyB) FIELD(Manifold, pointCount) FIELD(Manifold, bucket)       \
     FIELD(Manifold, breakingThreshold) FIELD(Manifold, processingThreshold) FIELD(Manifold, unseen)         \
-    FIELD(Manifold, unused) FIELD(Manifold, points)                                                         \
+    FIELD(Manifold, axis) FIELD(Manifold, points)                                                           \
   SIZE(Joint, 48)                                                                                           \
     FIELD(Joint, bodyA) FIELD(Joint, bodyB) FIELD(Joint, islandA) FIELD(Joint, islandB)                     \
     FIELD(Joint, firstRow) FIELD(Joint, rowCount) FIELD(Joint, iterations) FIELD(Joint, enabled)            \

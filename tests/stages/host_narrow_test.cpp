@@ -241,7 +241,7 @@ class HostNarrowTest : public DeviceTest {
       return deep;
     });
     expectFound<RawContacts>(host, contacts, "another's", n, [&](size_t i, RawContacts& raw) {
-      raw.unused[0] ^= 1;
+      raw.axis ^= 1;
       return !mine(i);
     });
   }
