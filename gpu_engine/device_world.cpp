@@ -141,7 +141,9 @@ void DeviceWorld::uploadJoints(Queue& queue, const WorldInput& input) {
 
 void DeviceWorld::uploadHulls(Queue& queue, const HullArrays& hulls) {
   if (hulls.vertices.empty() || (!hulls.changed && !hullVertices.empty())) return;
-  hullVertices.copyFromHost(queue, hulls.vertices, false);
+  m_paddedVertices = hulls.vertices;
+  m_paddedVertices.resize(hulls.vertices.size() + HULL_PADDING);
+  hullVertices.copyFromHost(queue, m_paddedVertices, false);
   hullFaces.copyFromHost(queue, hulls.faces, false);
   hullCorners.copyFromHost(queue, hulls.corners, false);
   // A kernel's argument has to be something, even where all hulls are points.

@@ -195,6 +195,7 @@ struct DeviceWorld {
   bool m_anyBorn = false;
   size_t m_knownAabbs = 0;  // of oldAabbs, those that were written
   std::vector<Joint> m_colouredJoints;
+  std::vector<float4> m_paddedVertices;  // of all hulls, with HULL_PADDING; the queue reads them later
   std::vector<ulong> m_ignoredPairs;
 };
 

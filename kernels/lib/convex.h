@@ -10,6 +10,13 @@
 #include "../shared/contact.h"
 #include "../shared/shape.h"
 #include "vec.h"
+#if defined(__OPENCL_C_VERSION__) && defined(BTGPU_SHAPE_CPU)
+#include "support_wide.h"
+#define BTGPU_WIDE_SUPPORT
+#define LIB_INLINED WIDE  // a call would cost a tenth of stage 44
+#else
+#define LIB_INLINED LIB
+#endif
 
 BTGPU_BEGIN
 
@@ -21,6 +28,7 @@ BTGPU_BEGIN
 #define CORES_TOUCH 1e-5f   // of the pair's size: nearer cores give no direction in float
 #define FACE_AS_GOOD 1e-6f  // of the pair's size: a face's axis is taken if it separates the cores as far as this
 #define NEARLY_FACE 0.999f  // cosine between the axis found and a face's that may replace it
+#define LIKELY_FACE 0.99f   // ... between the axis to begin with and that of a face worth a look
 
 // The arrays of all hulls.
 STRUCT(Hulls) {
@@ -95,6 +103,9 @@ LIB int coreSupport(Core core, Hulls hulls, float4 direction) {
            (direction.y > 0.0f && core.extents.y > 0.0f ? 2 : 0) |
            (direction.z > 0.0f && core.extents.z > 0.0f ? 4 : 0);
   }
+#ifdef BTGPU_WIDE_SUPPORT
+  return farthestVertexWide(hulls.vertices + core.firstVertex, core.vertexCount, direction);
+#else
   int best = 0;
   float farthest = dot3(hulls.vertices[core.firstVertex], direction);
   for (int i = 1; i < core.vertexCount; ++i) {
@@ -105,6 +116,7 @@ LIB int coreSupport(Core core, Hulls hulls, float4 direction) {
     }
   }
   return best;
+#endif
 }
 
 LIB float4 vertexOfB(CorePair pair, Hulls hulls, int i) {
@@ -253,7 +265,7 @@ LIB int nearestOnSimplex(REF(Simplex) s, REF(float4) nearest) {
 }
 
 // Adds the vertex of the difference that lies farthest against `direction`; 0 if the simplex has it already.
-LIB int addSupport(REF(Simplex) s, CorePair pair, Hulls hulls, float4 direction) {
+LIB_INLINED int addSupport(REF(Simplex) s, CorePair pair, Hulls hulls, float4 direction) {
   const int ia = coreSupport(pair.a, hulls, direction);
   const int ib = coreSupport(pair.b, hulls, -mulTransposed(pair.turn, direction));
   int isNew = 1;
@@ -267,6 +279,7 @@ LIB int addSupport(REF(Simplex) s, CorePair pair, Hulls hulls, float4 direction)
 #define CORES_FAR 0      // farther apart than asked for
 #define CORES_NEAR 1     // closest features found
 #define CORES_OVERLAP 2  // or touch: SAT has to say how they leave each other
+#define CORES_ON_FACE 3  // closest features found, one of them a face, whose normal is the axis
 
 // A direction in 31 bits, right within 1 in 500: good enough to begin with. Never 0.
 LIB uint packAxis(float4 unit) {
@@ -279,6 +292,54 @@ LIB float4 unpackAxis(uint packed) {
               (float)(packed & 1023u) - 511.5f);
 }
 
+// 1 if a point in the core's own axes lies over or under the face.
+LIB int isOverFace(Core core, Hulls hulls, int face, float4 plane, float4 point) {
+  const int corners = faceCorners(core, hulls, face);
+  if (corners < 3) return 0;
+  float4 from = faceCorner(core, hulls, face, corners - 1);
+  for (int k = 0; k < corners; ++k) {
+    const float4 to = faceCorner(core, hulls, face, k);
+    if (dot3(cross3(to - from, point - from), plane) < 0.0f) return 0;
+    from = to;
+  }
+  return 1;
+}
+
+// Whether the face of the one core that looks along the axis and the vertex of the other that is nearest to it are the
+// closest features. They are if the vertex lies over the face: each core is on its side of the face's plane and of the
+// parallel one through the vertex. What rests on a face is found so at once. CORES_OVERLAP where this can't be told.
+LIB int closestOnFaceOfA(CorePair pair, Hulls hulls, float4 axis, float limit, REF(ClosestFeatures) out) {
+  if (!pair.a.isPolytope) return CORES_OVERLAP;
+  const int face = faceAlong(pair.a, hulls, axis);
+  const float4 plane = facePlane(pair.a, hulls, face);
+  if (dot3(plane, axis) < LIKELY_FACE * length3(axis)) return CORES_OVERLAP;
+  const float4 vertex = supportOfB(pair, hulls, -xyz(plane));
+  const float separation = dot3(plane, vertex) - plane.w;
+  if (!(separation > 2.0f * CORES_TOUCH * pair.size)) return CORES_OVERLAP;
+  if (!isOverFace(pair.a, hulls, face, plane, vertex)) return CORES_OVERLAP;
+  out->normal = withW(plane, separation);
+  out->onA = xyz(vertex - plane * separation);
+  out->onB = xyz(vertex);
+  return separation < limit ? CORES_ON_FACE : CORES_FAR;
+}
+LIB int closestOnFaceOfB(CorePair pair, Hulls hulls, float4 axis, float limit, REF(ClosestFeatures) out) {
+  if (!pair.b.isPolytope) return CORES_OVERLAP;
+  const float4 inB = -mulTransposed(pair.turn, axis);
+  const int face = faceAlong(pair.b, hulls, inB);
+  const float4 plane = facePlane(pair.b, hulls, face);
+  if (dot3(plane, inB) < LIKELY_FACE * length3(axis)) return CORES_OVERLAP;
+  const float4 normal = mulMatrix(pair.turn, plane);
+  const float4 vertex = supportOfA(pair, hulls, -xyz(normal));
+  const float4 vertexInB = mulTransposed(pair.turn, vertex - pair.offset);
+  const float separation = dot3(plane, vertexInB) - plane.w;
+  if (!(separation > 2.0f * CORES_TOUCH * pair.size)) return CORES_OVERLAP;
+  if (!isOverFace(pair.b, hulls, face, plane, vertexInB)) return CORES_OVERLAP;
+  out->normal = withW(-normal, separation);
+  out->onA = xyz(vertex);
+  out->onB = xyz(vertex - normal * separation);
+  return separation < limit ? CORES_ON_FACE : CORES_FAR;
+}
+
 // Closest features of two cores nearer than `limit`. `start`: a guess of the axis from A to B. Of cores farther apart
 // only normal is set, to an axis along which they are, of any length.
 LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, REF(ClosestFeatures) out) {
@@ -288,6 +349,9 @@ LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, R
   out->normal = start;
   const float ahead = dot3(start, s.points[0]);
   if (ahead > 0.0f && ahead * ahead > limit * limit * lengthSqr3(start)) return CORES_FAR;
+  int onFace = closestOnFaceOfA(pair, hulls, start, limit, out);
+  if (onFace == CORES_OVERLAP) onFace = closestOnFaceOfB(pair, hulls, start, limit, out);
+  if (onFace != CORES_OVERLAP) return onFace;
   s.points[0].w = 1.0f;
   s.count = 1;
   float4 v = xyz(s.points[0]);

@@ -118,13 +118,13 @@ LIB void collideConvex(CorePair pair, Hulls hulls, ClosestFeatures c, Matrix3 ra
         // need not be the one that touches.
         if (picker.pass == 0 && !(picker.count > 0 && picker.points[0].w <= c.normal.w + 2.0f * picker.slack)) {
           picker.count += 1;
-          pick(&picker, 0, withW(c.onB, c.normal.w), 0.0f);
+          pickPoint(&picker, 0, withW(c.onB, c.normal.w), 0.0f);
         }
       } while (nextPass(&picker));
       found = 1;
     }
   }
-  if (!found) pick(&picker, 0, withW(c.onB, c.normal.w), 0.0f);
+  if (!found) pickPoint(&picker, 0, withW(c.onB, c.normal.w), 0.0f);
   out->normal = -mulMatrix(ra, axis);
   for (int k = 3; k >= 0; --k) {
     if (picker.scores[k] < 0.0f || !(picker.points[k].w < picker.limit)) continue;

@@ -39,7 +39,7 @@ LIB PointPicker makePicker(float4 normal, float limit, float slack, float spacin
   return p;
 }
 
-LIB void pick(REF(PointPicker) p, int k, float4 point, float score) {
+LIB void pickPoint(REF(PointPicker) p, int k, float4 point, float score) {
   p->points[k] = point;
   p->scores[k] = score;
 }
@@ -50,19 +50,19 @@ LIB void offerPoint(REF(PointPicker) p, float4 point, float distance) {
   const float4 candidate = withW(point, distance);
   if (p->pass == 0) {
     p->count += 1;
-    if (p->scores[0] < 0.0f || distance < p->points[0].w - p->slack) pick(p, 0, candidate, 0.0f);
+    if (p->scores[0] < 0.0f || distance < p->points[0].w - p->slack) pickPoint(p, 0, candidate, 0.0f);
     return;
   }
   float4 offset = xyz(candidate) - xyz(p->points[0]);
   offset -= p->normal * dot3(p->normal, offset);
   if (p->pass == 1) {
     const float score = lengthSqr3(offset);
-    if (score > fmax(p->scores[1], p->spacing * p->spacing)) pick(p, 1, candidate, score);
+    if (score > fmax(p->scores[1], p->spacing * p->spacing)) pickPoint(p, 1, candidate, score);
     return;
   }
   const float across = dot3(p->side, offset);
-  if (across > fmax(p->scores[2], p->spacing)) pick(p, 2, candidate, across);
-  if (-across > fmax(p->scores[3], p->spacing)) pick(p, 3, candidate, -across);
+  if (across > fmax(p->scores[2], p->spacing)) pickPoint(p, 2, candidate, across);
+  if (-across > fmax(p->scores[3], p->spacing)) pickPoint(p, 3, candidate, -across);
 }
 
 // After each pass; 0 if there is nothing left to find.

@@ -15,6 +15,8 @@ BTGPU_BEGIN
 #define SHAPE_HULL 5
 #define SHAPE_HOST 16  // a shape that the device lacks: its AABB and its contacts come from the host
 
+#define HULL_PADDING 15  // BTGPU_WIDE - 1
+
 STRUCT(Shape) {
   int type;                 // SHAPE_*
   float margin;             // Bullet's collision margin; a sphere's and a capsule's is its radius
@@ -24,7 +26,8 @@ STRUCT(Shape) {
   // segment along its axis, zero along the others; hull: half extents of its AABB in its own axes, as Bullet has it.
   float4 extents;
   float4 centre;  // hull: centre of that AABB; w = 0
-  // Hull: its part of the arrays of all hulls. Vertices lie without the margin.
+  // Hull: its part of the arrays of all hulls. Vertices lie without the margin; after the last one of all hulls there
+  // are HULL_PADDING more, which may be read.
   int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;
   int unused2[2];
 };
