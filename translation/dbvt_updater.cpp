@@ -84,10 +84,10 @@ class PairTable {
   void keepMissing(std::vector<DbvtUpdater::ProxyPair>& pairs, std::vector<int>& places) const {
     places.clear();
     for (const auto& [low, high] : pairs) {
-      const auto hash = static_cast<int>(
-          (m_cache.*memberPointer(PairHashFunction()))(static_cast<unsigned>(low->m_uniqueId),
-                                                       static_cast<unsigned>(high->m_uniqueId)) &
-          static_cast<unsigned>(m_pairs.capacity() - 1));
+      const auto hash =
+          static_cast<int>((m_cache.*memberPointer(PairHashFunction()))(static_cast<unsigned>(low->m_uniqueId),
+                                                                        static_cast<unsigned>(high->m_uniqueId)) &
+                           static_cast<unsigned>(m_pairs.capacity() - 1));
       places.push_back(hash < m_first.size() ? hash : BT_NULL_PAIR);
       if (places.back() != BT_NULL_PAIR) __builtin_prefetch(&m_first[hash]);
     }
@@ -98,7 +98,8 @@ class PairTable {
     std::size_t count = 0;
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       int i = places[k];
-      while (i != BT_NULL_PAIR && !(m_pairs[i].m_pProxy0 == pairs[k].first && m_pairs[i].m_pProxy1 == pairs[k].second)) {
+      while (i != BT_NULL_PAIR &&
+             !(m_pairs[i].m_pProxy0 == pairs[k].first && m_pairs[i].m_pProxy1 == pairs[k].second)) {
         i = m_next[i];
       }
       if (i == BT_NULL_PAIR) pairs[count++] = pairs[k];

@@ -32,8 +32,9 @@ SINGLE_KERNEL countConvexPairs(__global const StepCounters* counters, __global c
       counters->overflow ? 0 : bucketFirst[BUCKET_LAST_CONVEX + 1] - bucketFirst[BUCKET_FIRST_CONVEX];
 }
 
-// GJK, started from the normal of the last step, or from the axis that the two were apart along. Of the pair at position k: near[k] is 1 where a contact is possible,
-// overlap[k] where the cores overlap and findWaysOut has to find the axis. Clears the pair's candidates.
+// Begins with the normal of the last step, or with the axis that the two were apart along. Of the pair at position k:
+// near[k] is 1 where a contact is possible, overlap[k] where the cores overlap and findWaysOut has to find the axis.
+// Clears the pair's candidates, and says in their `axis` where to begin in the next step.
 KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
                            __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
                            __global const Shape* shapes, __global const BodyPose* poses,
