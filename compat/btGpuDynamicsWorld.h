@@ -122,7 +122,7 @@ struct btGpuSettings {
   /// Of btGpuSolver::Fast: how stiff contacts are, as a damped spring on the masses that touch: its frequency (in 1 /
   /// time unit, twice that against a fixed body, at most a quarter of the substeps' own rate) and damping ratio; and
   /// the speed, in length / time unit, at which penetration is pushed out at most. All > 0.
-  btScalar m_fastContactHertz = btScalar(60), m_fastContactDampingRatio = btScalar(10), m_fastPushSpeed = btScalar(3);
+  btScalar m_fastContactHertz = btScalar(60), m_fastContactDampingRatio = btScalar(2), m_fastPushSpeed = btScalar(3);
   /// The same for joints without limits; those with limits, motors and springs are as Bullet's.
   btScalar m_fastJointHertz = btScalar(60), m_fastJointDampingRatio = btScalar(2);
   /// Runs everything on Bullet's own CPU path.

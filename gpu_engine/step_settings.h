@@ -49,7 +49,7 @@ struct StepSettings {
   BatchLaunches batchLaunches = BatchLaunches::Phase;
   // Of Solver::Fast only (btGpuSettings::m_fastSubsteps and those that follow it there).
   int substeps = 4;
-  float contactHertz = 60.0f, contactDampingRatio = 10.0f, pushSpeed = 3.0f;
+  float contactHertz = 60.0f, contactDampingRatio = 2.0f, pushSpeed = 3.0f;
   float jointHertz = 60.0f, jointDampingRatio = 2.0f;
   bool keepContacts = false;  // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
 

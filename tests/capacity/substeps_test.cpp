@@ -127,10 +127,14 @@ void runBatches(const WorldInput& world, int batches) {
 TEST_F(SubstepsAhead, AdoptedSmall) {
   Side ahead(heap(5));
   ahead.iterations = 1;
-  ahead.step(0);  // new bodies: nothing runs ahead of them
-  ahead.step(1);
+  const auto step = [&](int substepsToFollow) {
+    ahead.step(substepsToFollow);
+    countLaunches(ahead.results.launches);
+  };
+  step(0);  // new bodies: nothing runs ahead of them
+  step(1);
   EXPECT_FALSE(ahead.results.prefetched);
-  ahead.step(0);
+  step(0);
   EXPECT_TRUE(ahead.results.prefetched);
   EXPECT_EQ(ahead.results.counters.overflow, 0u);
   EXPECT_GT(ahead.results.counters.contactPoints, 0u);
