@@ -535,7 +535,7 @@ void btGpuDynamicsWorld::catchUpContacts() {
   state->contactsBehind = false;
   const auto& born = state->reader.input().born;
   const auto isGone = [&](std::uint32_t slot) {
-    return !state->reader.slots()[slot].object || std::binary_search(born.begin(), born.end(), slot);
+    return !state->reader.objectOf(slot) || std::binary_search(born.begin(), born.end(), slot);
   };
   btgpu::StepResults results;
   std::vector<btgpu::Manifold> touching;
@@ -543,6 +543,8 @@ void btGpuDynamicsWorld::catchUpContacts() {
     if (m.pointCount == 0 || isGone(m.bodyA) || isGone(m.bodyB)) continue;
     results.contactKeys.push_back(btgpu::pairKeyOf(m.bodyA, m.bodyB));
     touching.push_back(m);
+    touching.back().bodyA = state->reader.ownerOf(m.bodyA);
+    touching.back().bodyB = state->reader.ownerOf(m.bodyB);
   }
   results.contacts = {touching.data(), touching.size()};
   state->contacts.forget();

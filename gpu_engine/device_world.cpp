@@ -97,13 +97,14 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   uploadTracked(queue, input.materials, materials);
   uploadTracked(queue, input.dampings, dampings);
   uploadTracked(queue, input.shapes, shapes);
+  uploadTracked(queue, input.childPoses, childPoses);
   if (!input.hostAabbs.empty()) hostAabbs.copyFromHost(queue, input.hostAabbs, false);
   hostManifoldCount = static_cast<uint>(input.hostManifolds.size());
   if (hostManifoldCount > 0) hostManifolds.copyFromHost(queue, input.hostManifolds, false);
   uploadHulls(queue, input.hulls);
 
   uploadBorn(queue, input.born, input.replaceManifolds);
-  if (input.replaceManifolds) uploadManifolds(queue, input.manifolds);
+  if (input.replaceManifolds) uploadManifolds(queue, input);
   uploadJoints(queue, input);
   ignoredCount = static_cast<uint>(input.ignoredPairs.size());
   if (ignoredCount > 0 && input.ignoredPairs != m_ignoredPairs) {
@@ -161,6 +162,18 @@ void DeviceWorld::forgetStaleAabbs(Queue& queue, const WorldInput& input) {
     for (const std::uint32_t i : *changed)
       queue.write(oldAabbs.buffer(), i * sizeof(Aabb), sizeof(Aabb), &kNoAabb, false);
   }
+  if (input.childPoses.values.empty() || input.unchanged()) return;
+  const auto isIn = [](const std::vector<std::uint32_t>& list, std::uint32_t i) {
+    return std::binary_search(list.begin(), list.end(), i);
+  };
+  for (std::uint32_t i = 0; i < bodyCount; ++i) {
+    const BodyInfo& info = input.infos.values[i];
+    if (!(info.flags & BODY_CHILD)) continue;
+    if (isIn(input.poses.changed, info.parent) || isIn(input.infos.changed, info.parent) ||
+        isIn(input.childPoses.changed, i)) {
+      queue.write(oldAabbs.buffer(), i * sizeof(Aabb), sizeof(Aabb), &kNoAabb, false);
+    }
+  }
 }
 
 void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem) {
@@ -182,9 +195,20 @@ void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bor
   born.copyFromHost(queue, m_bornFlags, false);
 }
 
-void DeviceWorld::uploadManifolds(Queue& queue, const std::vector<Manifold>& source) {
+// Keys are of slots, manifolds of bodies.
+void DeviceWorld::uploadManifolds(Queue& queue, const WorldInput& input) {
+  const std::vector<BodyInfo>& knownInfos = input.infos.values;
+  const auto ownerOf = [&knownInfos](uint slot) {
+    return knownInfos[slot].flags & BODY_CHILD ? knownInfos[slot].parent : slot;
+  };
+  std::vector<Manifold>& source = m_manifolds;
+  source = input.manifolds;
   m_keys.clear();
-  for (const Manifold& m : source) { m_keys.push_back(pairKeyOf(m.bodyA, m.bodyB)); }
+  for (Manifold& m : source) {
+    m_keys.push_back(pairKeyOf(m.bodyA, m.bodyB));
+    m.bodyA = ownerOf(m.bodyA);
+    m.bodyB = ownerOf(m.bodyB);
+  }
   m_count.assign(1, static_cast<uint>(source.size()));
   oldKeys.resize(queue, std::max(oldKeys.size(), source.size()));
   oldManifolds.resize(queue, std::max(oldManifolds.size(), source.size()));
@@ -268,6 +292,7 @@ void DeviceWorld::forgetUploads(Queue& queue) {
   materials.resize(queue, 0);
   dampings.resize(queue, 0);
   shapes.resize(queue, 0);
+  childPoses.resize(queue, 0);
   hullVertices.resize(queue, 0);
   m_anyBorn = true;
   m_colouredJoints.clear();

@@ -32,6 +32,7 @@ struct DeviceWorld {
   DeviceArray<BodyMaterial> materials{"materials"};        // host
   DeviceArray<BodyDamping> dampings{"dampings"};           // host
   DeviceArray<Shape> shapes{"shapes"};                     // host; length: shapes
+  DeviceArray<BodyPose> childPoses{"child poses"};         // host; of slots with BODY_CHILD; empty if there are none
   DeviceArray<Aabb> hostAabbs{"host aabbs"};               // host; of bodies whose shape is SHAPE_HOST; 1 if none is
 
   // All hulls, one behind the other (WorldInput::hulls).
@@ -132,7 +133,7 @@ struct DeviceWorld {
   template <typename F>
   void forEachArray(const F& f) const {
     const auto all = [&](const auto&... arrays) { (f(arrays), ...); };
-    all(infos, poses, velocities, activations, forces, masses, materials, dampings, shapes, hostAabbs);
+    all(infos, poses, velocities, activations, forces, masses, materials, dampings, shapes, childPoses, hostAabbs);
     all(hullVertices, hullFaces, hullCorners, hullEdges);
     all(oldAabbs, oldKeys, oldPairCount, oldManifolds, spareAabbs, sparePairKeys, sparePairCount, spareManifolds);
     all(born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
@@ -182,13 +183,14 @@ struct DeviceWorld {
  private:
   void swapWithSpare();
   void uploadHulls(Queue& queue, const HullArrays& hulls);
-  void uploadManifolds(Queue& queue, const std::vector<Manifold>& manifolds);
+  void uploadManifolds(Queue& queue, const WorldInput& input);
   void uploadJoints(Queue& queue, const WorldInput& input);
   void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem);
 
   // Host copies of uploads that may still be pending.
   std::vector<uint> m_bornFlags, m_count;
   std::vector<ulong> m_keys;
+  std::vector<Manifold> m_manifolds;
   std::vector<float> m_lastJointImpulses;
   std::vector<Aabb> m_noAabbs;
   bool m_begun = false;  // what has to be there before the first step is

@@ -75,6 +75,7 @@ class Engine {
   virtual Status finishStep(StepResults& results) noexcept = 0;
 
   // The manifolds after the last finished step, in pair order, those without points included.
+  // A and B as in WorldInput::manifolds: slots of shapes, where they are compounds'.
   virtual Status readManifolds(std::vector<Manifold>& manifolds) noexcept = 0;
 
   // Drops all device state; the next beginStep must come with everything in its change lists.

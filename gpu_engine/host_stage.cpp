@@ -11,7 +11,7 @@ namespace {
 
 std::vector<std::unique_ptr<HostStage>> allStages() {
   std::vector<std::unique_ptr<HostStage>> stages;
-  for (auto* make : {hostApplyForces,        hostUpdateAabbs,
+  for (auto* make : {hostApplyForces,        hostPlaceChildren,      hostUpdateAabbs,
                      hostFindPairs,          hostGroupPairs,
                      hostCollidePrimitives,  hostFindSeparatingAxis,
                      hostClipFaces,          hostFindClosestFeatures,

@@ -38,6 +38,7 @@ std::unique_ptr<HostStage> hostStage(const std::string& name);
 
 // Each lives in stages/NN_stem_host.cpp.
 std::unique_ptr<HostStage> hostApplyForces();
+std::unique_ptr<HostStage> hostPlaceChildren();
 std::unique_ptr<HostStage> hostUpdateAabbs();
 std::unique_ptr<HostStage> hostFindPairs();
 std::unique_ptr<HostStage> hostGroupPairs();

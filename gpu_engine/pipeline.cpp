@@ -64,6 +64,7 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   };
   const bool boxes = traits.has(SHAPE_BOX);
   stage("10_apply_forces", m_applyForces);
+  if (!world.childPoses.empty()) stage("15_place_children", m_placeChildren);
   stage("20_update_aabbs", m_updateAabbs);
   stage("30_find_pairs", m_findPairs);
   stage("35_group_pairs", m_groupPairs);

@@ -8,6 +8,7 @@
 #include "host_stage.h"
 #include "stages/05_follow_substep.h"
 #include "stages/10_apply_forces.h"
+#include "stages/15_place_children.h"
 #include "stages/20_update_aabbs.h"
 #include "stages/30_find_pairs.h"
 #include "stages/35_group_pairs.h"
@@ -85,6 +86,7 @@ class Pipeline {
   HostStages& m_hostStages;
   FollowSubstep m_followSubstep;
   ApplyForces m_applyForces;
+  PlaceChildren m_placeChildren;
   UpdateAabbs m_updateAabbs;
   FindPairs m_findPairs;
   GroupPairs m_groupPairs;

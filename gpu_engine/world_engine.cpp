@@ -324,7 +324,7 @@ void WorldEngine::conclude(StepResults& results) {
   if (results.counters.quarantined > 0) {
     const auto infos = m_world->infos.toVector(m_queue);
     for (uint i = 0; i < m_world->bodyCount; ++i) {
-      if (infos[i].flags & BODY_QUARANTINED) results.quarantined.push_back(i);
+      if ((infos[i].flags & (BODY_QUARANTINED | BODY_CHILD)) == BODY_QUARANTINED) results.quarantined.push_back(i);
     }
   }
   if (m_ahead == Ahead::None) m_world->swapStepResults();
@@ -359,6 +359,21 @@ void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
   if (m_world->oldPairCount.empty()) return;
   manifolds.resize(m_world->oldPairCount.toVector(m_queue).front());
   m_queue.read(m_world->oldManifolds.buffer(), 0, manifolds.size() * sizeof(Manifold), manifolds.data(), true);
+  if (!m_world->childPoses.empty()) nameSlots(manifolds);
+}
+
+// Shapes of compounds in place of their bodies: what the pair's key says.
+void WorldEngine::nameSlots(std::vector<Manifold>& manifolds) {
+  const auto keys = m_world->oldKeys.toVector(m_queue);
+  const auto infos = m_world->infos.toVector(m_queue);
+  for (size_t i = 0; i < manifolds.size(); ++i) {
+    const uint low = static_cast<uint>(keys[i] >> 32), high = static_cast<uint>(keys[i]);
+    if (low >= infos.size()) continue;  // an upload broke off: nothing is known of slots
+    const uint owner = infos[low].flags & BODY_CHILD ? infos[low].parent : low;
+    const bool lowIsA = owner == manifolds[i].bodyA;
+    manifolds[i].bodyA = lowIsA ? low : high;
+    manifolds[i].bodyB = lowIsA ? high : low;
+  }
 }
 
 // Makes room for what a step lacked that is to be repeated.

@@ -46,6 +46,10 @@ struct WorldInput {
   std::vector<std::uint32_t> born;  // slots that hold another body than in the last step, ascending
 
   Tracked<Shape> shapes;  // indexed by BodyInfo::shapeIndex
+  // A compound's shapes take slots of their own, with BODY_CHILD and the body's flags, filters and proxy id in their
+  // infos; of all that is by body the rest has no meaning there but this: the shape's pose in the body's axes. Length
+  // bodyCount, or empty while there are none.
+  Tracked<BodyPose> childPoses;
   HullArrays hulls;
 
   // What the host has found for this step, of pairs with a body whose shape is SHAPE_HOST or that has
@@ -68,7 +72,8 @@ struct WorldInput {
   double regionOrigin[3] = {0, 0, 0};
 
   // Manifolds to start from, when the last step ran elsewhere (on the stock CPU path): replaces the device's own.
-  // Sorted by (lower, higher) body index; body A and B in manifold order.
+  // Sorted by (lower, higher) slot; A and B in manifold order. Their bodies are slots: of a compound the one of the shape
+  // that touches.
   bool replaceManifolds = false;
   std::vector<Manifold> manifolds;
 
@@ -77,7 +82,8 @@ struct WorldInput {
   static auto changeLists(Input& in) {
     return std::array{
         &in.infos.changed,     &in.poses.changed,    &in.velocities.changed,  &in.forces.changed, &in.masses.changed,
-        &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed, &in.born};
+        &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed,
+        &in.childPoses.changed,  &in.born};
   }
 
   // False if anything of the bodies, shapes and hulls changed since the last step.

@@ -8,6 +8,7 @@
 #include <new>
 #include <utility>
 
+#include "compound_algorithm.h"
 #include "exact_type.h"
 #include "private_access.h"
 
@@ -81,6 +82,10 @@ DeviceContactAlgorithm* DeviceContactAlgorithm::of(btBroadphasePair& pair, btDis
                                                    const std::shared_ptr<ManifoldRegistry>& registry) {
   if (DeviceContactAlgorithm* ours = find(pair, registry)) return ours;
   btCollisionAlgorithm* owner = pair.m_algorithm;
+  if (owner && isExactly<DeviceCompoundAlgorithm>(*owner)) {  // a body had another shape then
+    destroy(dispatcher, owner);
+    owner = pair.m_algorithm = nullptr;
+  }
   btPersistentManifold* manifold = owner ? onlyManifold(*owner) : nullptr;
   if (!manifold) {
     if (owner) destroy(dispatcher, owner);

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "../gpu_engine/zone.h"
+#include "compound_algorithm.h"
 #include "contacts.h"
 #include "host_contacts.h"
 #include "parallel.h"
@@ -18,14 +19,18 @@ namespace {
 constexpr std::size_t kGrain = 256;
 
 btBroadphasePair* pairOf(btDiscreteDynamicsWorld& world, const WorldReader& reader, ulong key) {
-  btCollisionObject* low = reader.slots()[static_cast<std::uint32_t>(key >> 32)].object;
-  btCollisionObject* high = reader.slots()[static_cast<std::uint32_t>(key)].object;
+  btCollisionObject* low = reader.objectOf(static_cast<std::uint32_t>(key >> 32));
+  btCollisionObject* high = reader.objectOf(static_cast<std::uint32_t>(key));
   btBroadphaseProxy *a = low->getBroadphaseHandle(), *b = high->getBroadphaseHandle();
   if (!a || !b) return nullptr;
   btOverlappingPairCache& cache = *world.getPairCache();
   btBroadphasePair* pair = cache.findPair(a, b);
   // The host's broadphase may be behind (btGpuSettings::m_hostQueries off).
   return pair ? pair : cache.addOverlappingPair(a, b);
+}
+
+bool isOfCompound(const WorldReader& reader, ulong key) {
+  return reader.isChild(static_cast<std::uint32_t>(key >> 32)) || reader.isChild(static_cast<std::uint32_t>(key));
 }
 
 bool hasUserData(btPersistentManifold& manifold) {
@@ -69,7 +74,7 @@ void ContactWriter::write(btDiscreteDynamicsWorld& world, const WorldReader& rea
   if (m_registry->hasRemoved() || !mergeKnown(results)) merge(world, reader, results);
   m_registry->reclaim();
   update(reader, results);
-  if (dropParted) removeParted(world, reader);
+  removeParted(world, dropParted);
 }
 
 void ContactWriter::takeOver(btDiscreteDynamicsWorld& world, const WorldReader& reader) {
@@ -83,7 +88,12 @@ void ContactWriter::takeOver(btDiscreteDynamicsWorld& world, const WorldReader& 
     if (!pair.m_algorithm) continue;
     const auto [a, b] = slotsOf(reader, pair);
     if (a == kNoSlot || b == kNoSlot || collidesOnHost(reader, {a, b})) continue;
-    if (auto* ours = DeviceContactAlgorithm::of(pair, *world.getDispatcher(), m_registry)) {
+    if (reader.childrenOf(a) || reader.childrenOf(b)) {
+      m_compounds = true;
+      for (const auto& c : DeviceCompoundAlgorithm::of(pair, *world.getDispatcher(), m_registry).contacts()) {
+        m_entries.push_back({c.key, c.handle, kGone});
+      }
+    } else if (auto* ours = DeviceContactAlgorithm::of(pair, *world.getDispatcher(), m_registry)) {
       m_entries.push_back({pairKeyOf(a, b), ours->handle(), kGone});
     }
   }
@@ -153,6 +163,15 @@ void ContactWriter::append(btDiscreteDynamicsWorld& world, const WorldReader& re
                            std::uint32_t contact) {
   if (contact == kCarried) return;  // emptied by the application while asleep: comes back when it wakes, as in stock
   btBroadphasePair* pair = pairOf(world, reader, key);
+  if (pair && isOfCompound(reader, key)) {
+    m_compounds = true;
+    // In the order of the manifold, which is set when it is filled.
+    const auto* made = DeviceCompoundAlgorithm::of(*pair, *world.getDispatcher(), m_registry)
+                           .contact(key, *reader.objectOf(static_cast<std::uint32_t>(key >> 32)),
+                                    *reader.objectOf(static_cast<std::uint32_t>(key)));
+    if (made) m_next.push_back({key, made->handle, contact});
+    return;
+  }
   auto* algorithm = pair ? DeviceContactAlgorithm::of(*pair, *world.getDispatcher(), m_registry) : nullptr;
   if (algorithm) m_next.push_back({key, algorithm->handle(), contact});
 }
@@ -165,9 +184,10 @@ bool isSpecial(btPersistentManifold& manifold, bool touching) {
   return (changes && (touching ? gContactStartedCallback : gContactEndedCallback)) || hasUserData(manifold);
 }
 
-void fillFrom(const Manifold& from, const WorldReader& reader, btPersistentManifold& manifold) {
+void fillFrom(const Manifold& from, ulong key, const WorldReader& reader, btPersistentManifold& manifold) {
   manifold.setBodies(reader.slots()[from.bodyA].object, reader.slots()[from.bodyB].object);
   fillManifold(from, manifold);
+  if (isOfCompound(reader, key)) nameChildren(reader, key, from.bodyA, from.bodyB, manifold);
 }
 
 }  // namespace
@@ -185,7 +205,8 @@ void ContactWriter::update(const WorldReader& reader, const StepResults& results
     }
     prefetchToWrite(manifold, sizeof *manifold);
     for (const ulong slot : {entry.key >> 32, entry.key & 0xffffffff}) {
-      prefetch(&reader.slots()[slot].object->getWorldTransform(), 2 * kLine);
+      const btCollisionObject* object = reader.objectOf(static_cast<std::uint32_t>(slot));
+      if (object) prefetch(&object->getWorldTransform(), 2 * kLine);
     }
   };
   std::mutex mutex;
@@ -201,7 +222,7 @@ void ContactWriter::update(const WorldReader& reader, const StepResults& results
         const std::lock_guard<std::mutex> lock(mutex);
         special.push_back(&entry);
       } else if (touching) {
-        fillFrom(results.contacts[entry.contact], reader, manifold);
+        fillFrom(results.contacts[entry.contact], entry.key, reader, manifold);
       } else if (manifold.getNumContacts() > 0) {
         manifold.setNumContacts(0);
       }
@@ -220,18 +241,33 @@ void ContactWriter::updateSpecial(const WorldReader& reader, const StepResults& 
   }
   const bool started = manifold->getNumContacts() == 0;
   carryUserData(results.contacts[entry.contact], *manifold);
-  fillFrom(results.contacts[entry.contact], reader, *manifold);
+  fillFrom(results.contacts[entry.contact], entry.key, reader, *manifold);
   if (started && gContactStartedCallback) gContactStartedCallback(manifold);
 }
 
-void ContactWriter::removeParted(btDiscreteDynamicsWorld& world, const WorldReader& reader) {
+namespace {
+
+btBroadphasePair* pairOf(btDiscreteDynamicsWorld& world, const btPersistentManifold& manifold) {
+  auto* a = const_cast<btBroadphaseProxy*>(manifold.getBody0()->getBroadphaseHandle());
+  auto* b = const_cast<btBroadphaseProxy*>(manifold.getBody1()->getBroadphaseHandle());
+  return a && b ? world.getPairCache()->findPair(a, b) : nullptr;
+}
+
+}  // namespace
+
+// Of two shapes of compounds the manifold goes when they part, as in stock: their bodies may stay together for ever, and
+// touch with ever other shapes.
+void ContactWriter::removeParted(btDiscreteDynamicsWorld& world, bool dropPairs) {
+  if (!dropPairs && !m_compounds) return;
   for (const Entry& entry : m_entries) {
-    if (entry.contact != kGone || !m_registry->at(entry.handle)) continue;
-    const auto* low = reader.slots()[static_cast<std::uint32_t>(entry.key >> 32)].object;
-    const auto* high = reader.slots()[static_cast<std::uint32_t>(entry.key)].object;
-    world.getPairCache()->removeOverlappingPair(const_cast<btBroadphaseProxy*>(low->getBroadphaseHandle()),
-                                                const_cast<btBroadphaseProxy*>(high->getBroadphaseHandle()),
-                                                world.getDispatcher());
+    btPersistentManifold* manifold = entry.contact == kGone ? m_registry->at(entry.handle) : nullptr;
+    btBroadphasePair* pair = manifold ? pairOf(world, *manifold) : nullptr;
+    if (!pair) continue;
+    DeviceCompoundAlgorithm* compound = DeviceCompoundAlgorithm::find(*pair);
+    if (compound) compound->release(manifold);
+    if (dropPairs && (!compound || compound->contacts().empty())) {
+      world.getPairCache()->removeOverlappingPair(pair->m_pProxy0, pair->m_pProxy1, world.getDispatcher());
+    }
   }
 }
 

@@ -41,13 +41,14 @@ class ContactWriter {
   void append(btDiscreteDynamicsWorld& world, const WorldReader& reader, ulong key, std::uint32_t contact);
   void update(const WorldReader& reader, const StepResults& results);
   void updateSpecial(const WorldReader& reader, const StepResults& results, const Entry& entry);
-  void removeParted(btDiscreteDynamicsWorld& world, const WorldReader& reader);
+  void removeParted(btDiscreteDynamicsWorld& world, bool dropPairs);
 
   std::shared_ptr<ManifoldRegistry> m_registry = std::make_shared<ManifoldRegistry>();
   std::vector<Entry> m_entries, m_next;  // by key, ascending
   std::vector<std::size_t> m_matched;    // by chunk of entries
   std::vector<std::uint32_t> m_fresh;    // by place in StepResults::contactKeys: index in ::contacts
   bool m_known = false;
+  bool m_compounds = false;  // some entries are, or were, of shapes of compounds
 };
 
 BTGPU_TRANSLATION_END

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "../gpu_engine/zone.h"
+#include "compound_algorithm.h"
 #include "convert.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -77,11 +78,12 @@ std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader&
   std::vector<Manifold> manifolds;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& from = *dispatcher.getManifoldByIndexInternal(i);
-    const std::uint32_t a = reader.findSlot(from.getBody0()), b = reader.findSlot(from.getBody1());
+    std::uint32_t a = reader.findSlot(from.getBody0()), b = reader.findSlot(from.getBody1());
     if (a == kNoSlot || b == kNoSlot || reader.slots()[a].onHost || reader.slots()[b].onHost) continue;
+    if (!slotsOfManifold(reader, from, a, b)) continue;
     manifolds.push_back(readManifold(from, a, b));
   }
-  // One manifold a pair: of several (which shapes of the device never have) the first one counts.
+  // One manifold a pair of slots: of several (which shapes of the device never have) the first one counts.
   std::stable_sort(manifolds.begin(), manifolds.end(),
                    [](const Manifold& a, const Manifold& b) { return pairOrder(a) < pairOrder(b); });
   manifolds.erase(std::unique(manifolds.begin(), manifolds.end(),
@@ -129,19 +131,47 @@ btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject&
   return manifolds.size() > 0 ? manifolds[0] : nullptr;
 }
 
+void nameChildren(const WorldReader& reader, ulong key, std::uint32_t bodyA, std::uint32_t bodyB,
+                  btPersistentManifold& manifold) {
+  const int a = childIndexOf(reader, key, bodyA), b = childIndexOf(reader, key, bodyB);
+  for (int k = 0; k < manifold.getNumContacts(); ++k) {
+    manifold.getContactPoint(k).m_index0 = a;
+    manifold.getContactPoint(k).m_index1 = b;
+  }
+}
+
+// Into the algorithm that the pair's own one then takes the impulses from.
+static void writeCompoundManifold(const Manifold& m, const WorldReader& reader, btCollisionWorld& world,
+                                  const std::shared_ptr<ManifoldRegistry>& registry) {
+  btCollisionObject &a = *reader.objectOf(m.bodyA), &b = *reader.objectOf(m.bodyB);
+  if (!a.getBroadphaseHandle() || !b.getBroadphaseHandle()) return;
+  btBroadphasePair* pair = world.getPairCache()->findPair(a.getBroadphaseHandle(), b.getBroadphaseHandle());
+  if (!pair) return;
+  const ulong key = pairKeyOf(m.bodyA, m.bodyB);
+  const auto* contact = DeviceCompoundAlgorithm::of(*pair, *world.getDispatcher(), registry).contact(key, a, b);
+  if (!contact) return;
+  writeManifold(m, *contact->manifold);
+  nameChildren(reader, key, reader.ownerOf(m.bodyA), reader.ownerOf(m.bodyB), *contact->manifold);
+}
+
 void writeManifolds(const std::vector<Manifold>& manifolds, const WorldReader& reader, btCollisionWorld& world) {
   const Zone zone("writeManifolds");
+  const auto registry = std::make_shared<ManifoldRegistry>();
   // A slot may hold another body by now than the manifold was made for.
   const auto& born = reader.input().born;
   const auto objectOf = [&](std::uint32_t slot) -> btCollisionObject* {
     if (slot >= reader.slots().size() || std::binary_search(born.begin(), born.end(), slot)) return nullptr;
-    return reader.slots()[slot].object;
+    return reader.objectOf(slot);
   };
   for (const Manifold& m : manifolds) {
     if (m.pointCount == 0) continue;
     btCollisionObject* a = objectOf(m.bodyA);
     btCollisionObject* b = objectOf(m.bodyB);
     if (!a || !b) continue;
+    if (reader.isChild(m.bodyA) || reader.isChild(m.bodyB)) {
+      writeCompoundManifold(m, reader, world, registry);
+      continue;
+    }
     btPersistentManifold* manifold = manifoldOfPair(world, *a, *b);
     if (manifold && manifold->getBody0() == a) writeManifold(m, *manifold);
   }

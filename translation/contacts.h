@@ -25,7 +25,12 @@ void fillManifold(const Manifold& from, btPersistentManifold& manifold);
 // The same, and gContactDestroyedCallback is told of the points beyond.
 void writeManifold(const Manifold& from, btPersistentManifold& manifold);
 
-// Puts the device's manifolds into the dispatcher, each into the algorithm of its pair, which is created if need be.
+// Tells the points of a manifold of two slots which shapes of their compounds they lie on, as Bullet's
+// setShapeIdentifiers does.
+void nameChildren(const WorldReader& reader, ulong key, std::uint32_t bodyA, std::uint32_t bodyB,
+                  btPersistentManifold& manifold);
+
+// Puts the device's manifolds (of slots: Engine::readManifolds) into the dispatcher, each into the algorithm of its pair, which is created if need be.
 // The host's broadphase must be current: pairs that it does not have are left out.
 void writeManifolds(const std::vector<Manifold>& manifolds, const WorldReader& reader, btCollisionWorld& world);
 

@@ -7,7 +7,7 @@
 
 namespace btgpu {
 
-std::uint32_t IndexMap::insert(const void* object) {
+std::uint32_t IndexMap::place(const void* object) {
   std::uint32_t slot = slotCount();
   if (m_free.empty()) {
     m_slots.push_back(object);
@@ -17,9 +17,16 @@ std::uint32_t IndexMap::insert(const void* object) {
     m_free.pop_back();
     m_slots[slot] = object;
   }
+  return slot;
+}
+
+std::uint32_t IndexMap::insert(const void* object) {
+  const std::uint32_t slot = place(object);
   m_index.emplace(object, slot);
   return slot;
 }
+
+std::uint32_t IndexMap::take() { return place(this); }
 
 std::uint32_t IndexMap::find(const void* object) const {
   const auto it = m_index.find(object);

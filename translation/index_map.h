@@ -16,6 +16,8 @@ class IndexMap {
  public:
   // Gives an object that is not in the map a slot.
   std::uint32_t insert(const void* object);
+  // A slot for something that has no pointer of its own.
+  std::uint32_t take();
   std::uint32_t find(const void* object) const;
   void erase(std::uint32_t slot);
 
@@ -25,7 +27,9 @@ class IndexMap {
   void clear();
 
  private:
-  std::vector<const void*> m_slots;   // null: free
+  std::uint32_t place(const void* object);
+
+  std::vector<const void*> m_slots;   // null: free; the map itself: taken
   std::vector<std::uint32_t> m_free;  // min-heap
   std::unordered_map<const void*, std::uint32_t> m_index;
 };

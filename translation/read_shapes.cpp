@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "read_shapes.h"
 
+#include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -14,6 +16,17 @@
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
+
+// Shapes that a compound may hold.
+bool isInCompounds(int type) {
+  return type == SHAPE_SPHERE || type == SHAPE_BOX || type == SHAPE_CAPSULE || type == SHAPE_HULL;
+}
+
+bool isFinitePose(const BodyPose& pose) {
+  const float4 &p = pose.position, &q = pose.orientation;
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(q.x) && std::isfinite(q.y) &&
+         std::isfinite(q.z) && std::isfinite(q.w);
+}
 
 bool isFiniteShape(const Shape& s) {
   return std::isfinite(s.extents.x) && std::isfinite(s.extents.y) && std::isfinite(s.extents.z) &&
@@ -75,6 +88,47 @@ bool convertSimple(const btCollisionShape& shape, Shape& out) {
 }
 
 }  // namespace
+
+// False if one of its shapes can't be on the device, planes among them: Bullet's are static and have no bounds.
+bool ShapeReader::addLeaves(const btCompoundShape& compound, const btTransform& pose, WorldInput& input,
+                            FallbackList& missing, FallbackList& shares, std::vector<CompoundLeaf>& leaves) {
+  constexpr double kNoOrigin[3] = {0, 0, 0};
+  for (int k = 0; k < compound.getNumChildShapes(); ++k) {
+    const btCollisionShape* child = compound.getChildShape(k);
+    const btTransform childPose = pose * compound.getChildTransform(k);
+    if (isExactly<btCompoundShape>(*child)) {
+      if (!addLeaves(static_cast<const btCompoundShape&>(*child), childPose, input, missing, shares, leaves)) return false;
+      continue;
+    }
+    const int index = read(child, input, missing, shares);
+    if (index < 0 || !isInCompounds(input.shapes.values[static_cast<std::size_t>(index)].type)) return false;
+    leaves.push_back({index, k, toPose(childPose, kNoOrigin)});
+  }
+  return true;
+}
+
+bool ShapeReader::convertCompound(const btCompoundShape& compound, std::uint32_t index, WorldInput& input,
+                                  FallbackList& missing, FallbackList& shares, Shape& out) {
+  out = Shape{};
+  std::vector<CompoundLeaf> leaves;
+  // The application may refuse pairs of shapes: it is asked on the host.
+  const bool asks = gCompoundChildShapePairCallback || gCompoundCompoundChildShapePairCallback;
+  if (asks || !addLeaves(compound, btTransform::getIdentity(), input, missing, shares, leaves)) {
+    m_compounds.erase(index);
+    return false;
+  }
+  out.type = SHAPE_COMPOUND;
+  out.margin = static_cast<float>(compound.getMargin());
+  btVector3 lower, upper;
+  compound.getAabb(btTransform::getIdentity(), lower, upper);
+  out.extents = toFloat4((upper - lower) * btScalar(0.5));
+  out.centre = toFloat4((upper + lower) * btScalar(0.5));
+  for (const CompoundLeaf& leaf : leaves) {
+    if (!isFinitePose(leaf.pose)) out.extents.x = INFINITY;  // what isFiniteShape looks for
+  }
+  m_compounds[index] = std::move(leaves);
+  return true;
+}
 
 bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
   if (isExactly<btConvexHullShape>(shape)) {
@@ -166,7 +220,16 @@ void ShapeReader::readEntry(const btCollisionShape* shape, Entry& entry, WorldIn
                             FallbackList& shares) {
   const auto name = [shape] { return std::string(shape->getName()) + " shape"; };
   Shape read;
-  if (convert(*shape, entry.index, input.hulls, read)) {
+  bool converted;
+  if (isExactly<btCompoundShape>(*shape)) {
+    dropHull(entry.index);
+    // Reads other shapes, which may move the table's arrays, but not the entry.
+    converted = convertCompound(static_cast<const btCompoundShape&>(*shape), entry.index, input, missing, shares, read);
+  } else {
+    m_compounds.erase(entry.index);
+    converted = convert(*shape, entry.index, input.hulls, read);
+  }
+  if (converted) {
     read.breakingThreshold = breakingThreshold(*shape);
   } else {
     read = Shape{};
@@ -202,7 +265,8 @@ bool ShapeReader::readKnown(WorldInput& input, FallbackList& missing, FallbackLi
     }
   });
   bool same = true;
-  for (const Used& used : m_used) {
+  for (std::size_t i = 0; i < m_used.size(); ++i) {  // a compound may add to them
+    const Used used = m_used[i];
     if (used.unchanged) continue;
     Entry& entry = *used.entry;
     const bool supported = entry.supported;
@@ -221,6 +285,7 @@ void ShapeReader::end(WorldInput& input) {
         ++it;
       } else {
         dropHull(it->second.index);
+        m_compounds.erase(it->second.index);
         m_free.push_back(it->second.index);
         it = m_entries.erase(it);
       }
@@ -244,6 +309,7 @@ void ShapeReader::end(WorldInput& input) {
 void ShapeReader::clear() {
   m_entries.clear();
   m_hulls.clear();
+  m_compounds.clear();
   m_deadVertices = 0;
   m_used.clear();
   m_free.clear();

@@ -13,6 +13,13 @@
 
 BTGPU_TRANSLATION_BEGIN
 
+// One shape of a compound, of nested ones too: which it is, and where in the outermost one's axes.
+struct CompoundLeaf {
+  int shapeIndex;
+  int child;  // its number in the compound that it is in, as contact points have it (btManifoldPoint::m_index0)
+  BodyPose pose;
+};
+
 // The shapes in use, each once, read anew every step, since applications change them after they were added.
 class ShapeReader {
  public:
@@ -32,6 +39,12 @@ class ShapeReader {
   // hulls that went or changed.
   void end(WorldInput& input);
   void clear();
+
+  // Of a SHAPE_COMPOUND.
+  const std::vector<CompoundLeaf>& leaves(int shapeIndex) const {
+    return m_compounds.at(static_cast<std::uint32_t>(shapeIndex));
+  }
+  bool hasCompounds() const { return !m_compounds.empty(); }
 
  private:
   struct Entry {
@@ -62,9 +75,14 @@ class ShapeReader {
   bool convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
   bool convertHull(const btConvexHullShape& hull, std::uint32_t index, HullArrays& hulls, Shape& out);
   void dropHull(std::uint32_t index);
+  bool convertCompound(const btCompoundShape& compound, std::uint32_t index, WorldInput& input, FallbackList& missing,
+                       FallbackList& shares, Shape& out);
+  bool addLeaves(const btCompoundShape& compound, const btTransform& pose, WorldInput& input, FallbackList& missing,
+                 FallbackList& shares, std::vector<CompoundLeaf>& leaves);
 
   std::unordered_map<const btCollisionShape*, Entry> m_entries;
   std::map<std::uint32_t, Hull> m_hulls;          // by shape index
+  std::map<std::uint32_t, std::vector<CompoundLeaf>> m_compounds;  // likewise
   std::size_t m_deadVertices = 0;                 // in the input's array, of hulls that went or changed
   const btCollisionShape* m_lastShape = nullptr;  // neighbours in the world often share a shape
   Entry m_lastEntry{};

@@ -80,6 +80,7 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   }
   m_input.ignoredPairs.clear();
   for (Changes& changes : m_changes) take(changes, missing, notes);
+  readCompounds();
   m_shapes.end(m_input);
   sortChanges();
 }
@@ -235,9 +236,73 @@ void WorldReader::noteAdded(const btCollisionObject* object) {
 void WorldReader::removeUnseen() {
   for (std::uint32_t slot = 0; slot < m_slots.size(); ++slot) {
     if (!m_slots[slot].object || m_seen[slot] == m_step) continue;
+    if (const auto* children = childrenOf(slot)) {
+      for (const std::uint32_t child : *children) releaseChild(child);
+      m_children.erase(slot);
+    }
     m_index.erase(slot);
     m_slots[slot] = BodySlot{};
     update(m_input.infos, slot, BodyInfo{}, m_input.infos.changed);
+  }
+}
+
+void WorldReader::releaseChild(std::uint32_t slot) {
+  m_index.erase(slot);
+  m_slots[slot] = BodySlot{};
+  update(m_input.infos, slot, BodyInfo{}, m_input.infos.changed);
+}
+
+// The shapes of compounds have slots of their own, which follow what has become of the bodies in this read. In the
+// world's order, so that the slots depend on nothing else.
+void WorldReader::readCompounds() {
+  if (!m_shapes.hasCompounds() && m_children.empty()) return;
+  const Zone zone("readCompounds");
+  for (std::size_t k = 0; k < m_order.size(); ++k) {
+    const std::uint32_t body = m_order[k];
+    const int shape = m_orderShapeIndices[k];
+    if (shape >= 0 && m_input.shapes.values[static_cast<std::size_t>(shape)].type == SHAPE_COMPOUND) {
+      readChildren(body, m_shapes.leaves(shape), m_children[body]);
+    } else if (const auto* children = childrenOf(body)) {
+      for (const std::uint32_t child : *children) releaseChild(child);
+      m_children.erase(body);
+    }
+  }
+  const std::vector<std::uint32_t> born = m_input.born;
+  for (const std::uint32_t slot : born) {
+    if (const auto* children = childrenOf(slot)) {
+      m_input.born.insert(m_input.born.end(), children->begin(), children->end());
+    }
+  }
+}
+
+void WorldReader::readChildren(std::uint32_t body, const std::vector<CompoundLeaf>& leaves,
+                               std::vector<std::uint32_t>& children) {
+  while (children.size() > leaves.size()) {
+    releaseChild(children.back());
+    children.pop_back();
+  }
+  while (children.size() < leaves.size()) {
+    const std::uint32_t slot = m_index.take();
+    growTo(m_index.slotCount());
+    m_slots[slot] = BodySlot{};
+    m_slots[slot].parent = body;
+    children.push_back(slot);
+  }
+  constexpr uint kShared =
+      BODY_PRESENT | BODY_STATIC | BODY_KINEMATIC | BODY_NO_RESPONSE | BODY_RIGID | BODY_HOST_CONTACTS | BODY_QUARANTINED;
+  m_input.childPoses.values.resize(m_input.bodyCount, identityPose());
+  const BodyInfo parent = m_input.infos.values[body];
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const std::uint32_t slot = children[i];
+    BodyInfo info = parent;
+    info.shapeIndex = leaves[i].shapeIndex;
+    info.flags = (parent.flags & kShared) | BODY_CHILD;
+    info.parent = body;
+    const BodyInfo& known = m_input.infos.values[slot];
+    if (!(known.flags & BODY_CHILD) || known.shapeIndex != info.shapeIndex) m_input.born.push_back(slot);
+    m_slots[slot].child = leaves[i].child;
+    update(m_input.infos, slot, info, m_input.infos.changed);
+    update(m_input.childPoses, slot, leaves[i].pose, m_input.childPoses.changed);
   }
 }
 
@@ -256,6 +321,7 @@ void WorldReader::growTo(std::uint32_t slotCount) {
   m_input.materials.values.resize(slotCount);
   m_input.dampings.values.resize(slotCount);
   m_input.activations.values.resize(slotCount);
+  if (!m_input.childPoses.values.empty()) m_input.childPoses.values.resize(slotCount, identityPose());
 }
 
 // In a double world the device's floats count from an origin near the bodies, on a coarse grid: chosen when
@@ -395,7 +461,8 @@ void WorldReader::sortChanges() {
   WorldInput& in = m_input;
   for (auto* list :
        {&in.infos.changed, &in.poses.changed, &in.velocities.changed, &in.forces.changed, &in.masses.changed,
-        &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed, &in.born}) {
+        &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed, &in.childPoses.changed,
+        &in.born}) {
     // Nearly always they are: objects are mostly in the order of their slots.
     if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());

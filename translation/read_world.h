@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <unordered_map>
 #include <vector>
 
 #include "../gpu_engine/step_results.h"
@@ -25,6 +26,9 @@ struct BodySlot {
   // A step that does not change it has nothing to write: an earlier one has left in it all that steps leave in a body
   // that stays where it is (restingTransform() among it), and nobody has touched it since.
   bool resting = false;
+  // Of a slot that holds one of a compound's shapes, and no object: the compound's body, and CompoundLeaf::child.
+  std::uint32_t parent = kNoSlot;
+  int child = -1;
 };
 
 // Reads a Bullet world into a WorldInput: finds what came, went and changed by comparing with what the device
@@ -40,6 +44,17 @@ class WorldReader {
   const WorldInput& input() const { return m_input; }
   const std::vector<BodySlot>& slots() const { return m_slots; }
   std::vector<BodySlot>& slots() { return m_slots; }
+  // The slot of the body that a slot belongs to: its own, but for the shapes of compounds.
+  std::uint32_t ownerOf(std::uint32_t slot) const {
+    return m_slots[slot].parent == kNoSlot ? slot : m_slots[slot].parent;
+  }
+  bool isChild(std::uint32_t slot) const { return m_slots[slot].parent != kNoSlot; }
+  btCollisionObject* objectOf(std::uint32_t slot) const { return m_slots[ownerOf(slot)].object; }
+  // The slots of the shapes of a body's compound, in the order of its leaves; null for another shape.
+  const std::vector<std::uint32_t>* childrenOf(std::uint32_t slot) const {
+    const auto it = m_children.find(slot);
+    return it == m_children.end() ? nullptr : &it->second;
+  }
   bool isIntegrated(std::uint32_t slot) const { return m_slots[slot].integrated; }
   // By slot: the world transform of an object as it was last read or written, and the interpolation transform of a
   // dynamic one that rests.
@@ -99,6 +114,9 @@ class WorldReader {
   void forEachObject(const Work& work);
   bool isStirred(std::uint32_t slot) const;
   void readObject(std::uint32_t slot, int shapeIndex, Changes& changes);
+  void readCompounds();
+  void readChildren(std::uint32_t body, const std::vector<CompoundLeaf>& leaves, std::vector<std::uint32_t>& children);
+  void releaseChild(std::uint32_t slot);
   void take(Changes& changes, FallbackList& missing, FallbackList& notes);
   void sortChanges();
   void readIgnoredPairs(btCollisionObject& object, std::uint32_t slot, std::vector<ulong>& ignored) const;
@@ -115,6 +133,7 @@ class WorldReader {
   std::vector<const btCollisionShape*> m_orderShapes;  // of each object in m_order; null: it can't be used
   std::vector<int> m_orderShapeIndices;                // likewise; -1
   bool m_shapesKnown = false;                          // these two are those of the last read
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> m_children;  // by slot of a body with a compound
   std::vector<Changes> m_changes;                      // by chunk
   std::vector<Bounds> m_bounds;                        // likewise
   ShapeReader m_shapes;

@@ -55,7 +55,7 @@ bool mayChangeBodies(const btOverlappingPairCallback* callback) {
 }
 
 constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, STATIC_PLANE_PROXYTYPE,
-                               CAPSULE_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE};
+                               CAPSULE_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE};
 
 bool hasStockConfiguration(btCollisionConfiguration& configuration) {
   const std::type_info& type = typeid(configuration);

@@ -31,7 +31,7 @@ Box boundsOf(const Shape& shape, float4 position, float4 orientation, double thr
     // btCapsuleShape::getAabb bounds the box around the capsule, not the capsule.
     const double radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0;
     const Vec half = toVec(shape.extents) + Vec{radius, radius, radius};
-    if (shape.type == SHAPE_HULL) centre = centre + r * toVec(shape.centre);
+    if (shape.type == SHAPE_HULL || shape.type == SHAPE_COMPOUND) centre = centre + r * toVec(shape.centre);
     for (int corner = 0; corner < 8; ++corner) {
       const Vec p =
           r * Vec{corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y, corner & 4 ? half.z : -half.z};
@@ -92,7 +92,7 @@ UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<Bo
     const Shape& shape = shapes[static_cast<size_t>(infos[i].shapeIndex)];
     const Box box = wantedBounds(params, infos[i], shape, poses[i], steps[i]);
     const Vec diagonal = box.upper - box.lower;
-    const bool inBounds = (infos[i].flags & BODY_STATIC) || dot(diagonal, diagonal) < kLargestMoving;
+    const bool inBounds = (infos[i].flags & (BODY_STATIC | BODY_CHILD)) || dot(diagonal, diagonal) < kLargestMoving;
     if (!skipped && !inBounds) {
       // btCollisionObject::setActivationState does not touch these two.
       int& state = out.activations[i].state;
@@ -103,6 +103,7 @@ UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<Bo
     }
     const bool updated = !skipped && inBounds;
     out.aabbs[i] = updated || !hasOld ? Aabb{toFloat4(box.lower), toFloat4(box.upper)} : oldAabbs[i];
+    if (shape.type == SHAPE_COMPOUND) out.aabbs[i] = noAabb();
   }
   return out;
 }

@@ -45,18 +45,21 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
   const auto typeOf = [&](uint body) { return shapes[static_cast<size_t>(infos[body].shapeIndex)].type; };
   GroupedPairs out;
   for (const ulong key : keys) {
-    uint a = static_cast<uint>(key >> 32), b = static_cast<uint>(key);
+    const uint first = static_cast<uint>(key >> 32), second = static_cast<uint>(key);
+    uint a = first, b = second;
     const auto old = std::find(oldKeys.begin(), oldKeys.end(), key);
     const bool known = old != oldKeys.end() && !born[a] && !born[b];
     const bool carried = !isActive(activations[a].state) && !isActive(activations[b].state);
     // btBroadphasePair orders by proxy id; btConvexPlaneCollisionAlgorithm makes its manifold with the plane
-    // last.
-    if (infos[b].uniqueId < infos[a].uniqueId) std::swap(a, b);
+    // last; btCompoundCollisionAlgorithm hands a compound's shapes on as the first of their pairs.
+    const bool childA = infos[a].flags & BODY_CHILD, childB = infos[b].flags & BODY_CHILD;
+    if (childA == childB ? infos[b].uniqueId < infos[a].uniqueId : childB) std::swap(a, b);
     if (typeOf(a) == SHAPE_PLANE && typeOf(b) != SHAPE_PLANE) std::swap(a, b);
     const auto onHost = [&](uint body) {
       return typeOf(body) == SHAPE_HOST || (infos[body].flags & BODY_HOST_CONTACTS);
     };
-    const bool mayCollide = std::find(ignored.begin(), ignored.end(), key) == ignored.end();
+    const ulong bodies = pairKeyOf(childA ? infos[first].parent : first, childB ? infos[second].parent : second);
+    const bool mayCollide = std::find(ignored.begin(), ignored.end(), bodies) == ignored.end();
     if (!mayCollide) {
       // btCollisionDispatcher::defaultNearCallback leaves such a pair as it is, its manifold too.
       const bool keeps = known && !onHost(a) && !onHost(b);

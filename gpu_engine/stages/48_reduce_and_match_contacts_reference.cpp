@@ -105,8 +105,9 @@ void setFrictionDirections(Vec n, bool steep, ContactPoint& p) {
 }
 
 // btManifoldResult::addContactPoint up to where the point is looked up in the manifold.
-ContactPoint makePoint(const RawContacts& raw, int k, const Body& a, const Body& b, Vec bFromA, bool steep) {
-  const Vec normal = toVec(raw.normal), onB = toVec(raw.points[k]);
+// `shift`: from A's position to that of the shape that collided.
+ContactPoint makePoint(const RawContacts& raw, int k, const Body& a, const Body& b, Vec bFromA, Vec shift, bool steep) {
+  const Vec normal = toVec(raw.normal), onB = toVec(raw.points[k]) + shift;
   const double distance = raw.points[k].w;
   ContactPoint p{};
   p.localPointA = toFloat4(transposed(rotationOf(a.pose.orientation)) * (onB + normal * distance), distance);
@@ -196,10 +197,10 @@ void refresh(Manifold& m, const Body& a, const Body& b, Vec bFromA, Ties& ties) 
   }
 }
 
-Manifold newManifold(const Pair& pair, const Body& a, const Body& b) {
+Manifold newManifold(uint bodyA, uint bodyB, const Body& a, const Body& b) {
   Manifold m{};
-  m.bodyA = pair.bodyA;
-  m.bodyB = pair.bodyB;
+  m.bodyA = bodyA;
+  m.bodyB = bodyB;
   m.breakingThreshold = std::min(a.shape.breakingThreshold, b.shape.breakingThreshold);
   m.processingThreshold = std::min(a.material.contactProcessingThreshold, b.material.contactProcessingThreshold);
   return m;
@@ -241,10 +242,16 @@ Body bodyOf(const MatchInput& in, uint i) {
   return {in.arrays.infos[i], in.arrays.poses[i], in.materials[i], in.arrays.shapeOf(i)};
 }
 
+Vec bodyBFromBodyA(const MatchInput& in, const Pair& pair) {
+  return toVec(in.arrays.poses[in.arrays.ownerOf(pair.bodyB)].position) -
+         toVec(in.arrays.poses[in.arrays.ownerOf(pair.bodyA)].position);
+}
+
 Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   const Pair& pair = in.arrays.pairs[i];
-  const Body a = bodyOf(in, pair.bodyA), b = bodyOf(in, pair.bodyB);
-  Manifold m = pair.oldManifold == NO_INDEX ? newManifold(pair, a, b) : in.arrays.oldManifolds[pair.oldManifold];
+  const uint bodyA = in.arrays.ownerOf(pair.bodyA), bodyB = in.arrays.ownerOf(pair.bodyB);
+  const Body a = bodyOf(in, bodyA), b = bodyOf(in, bodyB);
+  Manifold m = pair.oldManifold == NO_INDEX ? newManifold(bodyA, bodyB, a, b) : in.arrays.oldManifolds[pair.oldManifold];
   m.bucket = pair.bucket;
   if (!in.unseen) {
     m.unseen = 0;
@@ -256,7 +263,8 @@ Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   // btCollisionDispatcher::needsCollision: nothing is done for two inactive bodies.
   if (isCarried(pair)) return m;
 
-  const Vec bFromA = in.arrays.bFromA(pair);
+  const Vec bFromA = bodyBFromBodyA(in, pair);
+  const Vec shift = toVec(in.arrays.poses[pair.bodyA].position) - toVec(a.pose.position);
   // btSphereSphereCollisionAlgorithm clears its manifold and does not refresh it: its points are always
   // new.
   const bool persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
@@ -264,7 +272,7 @@ Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   m.unseen = 1;
   const RawContacts raw = reduce(in.contacts[i], ties);
   const bool steep = raw.count > 0 && !ties.isWithin(std::fabs(raw.normal.z), kHalfSqrt2, 1e-7);
-  for (int k = 0; k < raw.count; ++k) addPoint(m, makePoint(raw, k, a, b, bFromA, steep), bFromA, ties);
+  for (int k = 0; k < raw.count; ++k) addPoint(m, makePoint(raw, k, a, b, bFromA, shift, steep), bFromA, ties);
   if (persistent) refresh(m, a, b, bFromA, ties);
   return m;
 }
@@ -333,10 +341,10 @@ void checkManifold(Contract& contract, const MatchInput& in, size_t i, const Man
   contract.same("count of points", d.pointCount, e.pointCount);
   if (!contract.ok()) return;
   PointLimits limits{};
-  if (!isCarried(pair)) { limits = {0, 1e-6, 4e-7, combinedError(in.materials[pair.bodyA], in.materials[pair.bodyB])}; }
+  if (!isCarried(pair)) { limits = {0, 1e-6, 4e-7, combinedError(in.materials[e.bodyA], in.materials[e.bodyB])}; }
   for (int k = 0; k < e.pointCount; ++k) {
     contract.at("pair {} (bodies {} and {}), point {}", i, pair.bodyA, pair.bodyB, k);
-    if (!isCarried(pair)) limits.place = pointError(e.points[k], in.arrays.bFromA(pair));
+    if (!isCarried(pair)) limits.place = pointError(e.points[k], bodyBFromBodyA(in, pair));
     checkPoint(contract, d.points[k], e.points[k], limits);
   }
 }

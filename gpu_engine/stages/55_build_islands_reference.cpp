@@ -13,7 +13,11 @@ bool has(const BodyInfo& body, uint flag) { return (body.flags & flag) != 0; }
 
 // In an island at all, if only its own.
 bool isMember(const BodyInfo& body) {
-  return has(body, BODY_PRESENT) && !has(body, BODY_STATIC) && !has(body, BODY_KINEMATIC);
+  return has(body, BODY_PRESENT) && !has(body, BODY_CHILD) && !has(body, BODY_STATIC) && !has(body, BODY_KINEMATIC);
+}
+
+uint ownerOf(const std::vector<BodyInfo>& infos, uint slot) {
+  return has(infos[slot], BODY_CHILD) ? infos[slot].parent : slot;
 }
 
 // btCollisionObject::mergesSimulationIslands; a quarantined body is as good as absent.
@@ -29,7 +33,8 @@ std::vector<uint> findRoots(const std::vector<BodyInfo>& infos, const std::vecto
     neighbours[b].push_back(a);
   };
   for (const Pair& pair : pairs) {
-    if (merges(infos[pair.bodyA]) && merges(infos[pair.bodyB])) join(pair.bodyA, pair.bodyB);
+    const uint a = ownerOf(infos, pair.bodyA), b = ownerOf(infos, pair.bodyB);
+    if (merges(infos[a]) && merges(infos[b])) join(a, b);
   }
   for (const Joint& joint : joints) {
     if (joint.enabled && joint.islandA != NO_INDEX && joint.islandB != NO_INDEX) join(joint.islandA, joint.islandB);
@@ -99,7 +104,7 @@ void wake(const StepParams& params, const std::vector<BodyInfo>& infos, const st
           const std::vector<Manifold>& manifolds, std::vector<BodyActivation>& activations) {
   for (size_t i = 0; i < pairs.size(); ++i) {
     const Pair& pair = pairs[i];
-    const uint a = pair.bodyA, b = pair.bodyB;
+    const uint a = ownerOf(infos, pair.bodyA), b = ownerOf(infos, pair.bodyB);
     if (!hasManifold(pair)) continue;
     if ((params.flags & STEP_WAKE_BY_CONTACT) && manifolds[i].pointCount == 0) continue;
     wakeBy(infos[a], activations[a], infos[b], activations[b]);

@@ -23,13 +23,15 @@ struct PairArrays {
 
   size_t shapeIndexOf(uint body) const { return static_cast<size_t>(infos[body].shapeIndex); }
   const Shape& shapeOf(uint body) const { return shapes[shapeIndexOf(body)]; }
+  // The body that a slot belongs to, itself but for the shapes of a compound.
+  uint ownerOf(uint slot) const { return infos[slot].flags & BODY_CHILD ? infos[slot].parent : slot; }
   reference::Vec bFromA(const Pair& p) const {
     return reference::toVec(poses[p.bodyB].position) - reference::toVec(poses[p.bodyA].position);
   }
   // How far apart surfaces may be for a contact: fixed with the pair's manifold.
   float thresholdOf(const Pair& p) const {
     if (p.oldManifold != NO_INDEX) return oldManifolds[p.oldManifold].breakingThreshold;
-    return std::min(shapeOf(p.bodyA).breakingThreshold, shapeOf(p.bodyB).breakingThreshold);
+    return std::min(shapeOf(ownerOf(p.bodyA)).breakingThreshold, shapeOf(ownerOf(p.bodyB)).breakingThreshold);
   }
 };
 

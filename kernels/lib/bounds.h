@@ -23,8 +23,8 @@ LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     extent =
         vec3(dot3(abs3(r.row0), shape.extents), dot3(abs3(r.row1), shape.extents), dot3(abs3(r.row2), shape.extents));
-  } else if (shape.type == SHAPE_CAPSULE || shape.type == SHAPE_HULL) {
-    // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb.
+  } else if (shape.type == SHAPE_CAPSULE || shape.type == SHAPE_HULL || shape.type == SHAPE_COMPOUND) {
+    // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb, btCompoundShape::getAabb.
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     const float radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f;
     const float4 reach = shape.extents + vec3(radius, radius, radius);
@@ -64,9 +64,13 @@ LIB int isCollidable(BodyInfo body) {
   return (body.flags & BODY_PRESENT) && !(body.flags & BODY_QUARANTINED) && body.shapeIndex >= 0;
 }
 
-// Bullet's broadphase filter. Two bodies that cannot move are let through as well when the filters say so:
+// The body that a slot belongs to: that of the compound, where it holds one of a compound's shapes.
+LIB uint ownerOf(BodyInfo info, uint slot) { return info.flags & BODY_CHILD ? info.parent : slot; }
+
+// Bullet's broadphase filter; shapes of one compound don't meet. Two bodies that cannot move are let through as well when the filters say so:
 // that is what stock does, and the narrowphase sorts them out.
 LIB int filtersMatch(BodyInfo a, BodyInfo b) {
+  if ((a.flags & b.flags & BODY_CHILD) && a.parent == b.parent) return 0;
   return (a.filterGroup & b.filterMask) != 0 && (b.filterGroup & a.filterMask) != 0;
 }
 

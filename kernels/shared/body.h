@@ -25,6 +25,7 @@ BTGPU_BEGIN
 #define BODY_GYRO_IMPLICIT_BODY 0x1000u
 #define BODY_QUARANTINED 0x2000u        // holds NaN or infinity: takes no part until it is finite again
 #define BODY_HOST_CONTACTS 0x4000u      // the host finds the contacts of all its pairs
+#define BODY_CHILD 0x8000u              // no body, but one of the shapes of a compound: BodyInfo.parent is the body
 
 // Activation states, with Bullet's numbers (btCollisionObject.h).
 #define STATE_UNSET 0
@@ -77,7 +78,8 @@ STRUCT(BodyInfo) {
   int filterGroup;  // of the broadphase proxy
   int filterMask;
   int uniqueId;     // of the broadphase proxy: the lower one is body A of a pair, as in Bullet
-  int unused[3];
+  uint parent;      // with BODY_CHILD; else 0
+  int unused[2];
 };
 
 STRUCT(BodyActivation) {

@@ -14,9 +14,9 @@ BTGPU_BEGIN
 // Key of a pair, by which it is sorted and its manifold found again: lower body index << 32 | higher one.
 LIB ulong pairKeyOf(uint a, uint b) { return ((ulong)(a < b ? a : b) << 32) | (a < b ? b : a); }
 
-// One pair of bodies whose AABBs overlap. Pairs are sorted by (lower body index, higher body index).
+// One pair of slots whose AABBs overlap: bodies, or shapes of compounds (BODY_CHILD). Sorted by (lower, higher) slot.
 STRUCT(Pair) {
-  uint bodyA, bodyB;  // manifold order: A has the lower proxy id, but a plane is always B
+  uint bodyA, bodyB;  // manifold order: A has the lower proxy id, but a plane is always B, and else a compound's shape A
   uint oldManifold;   // index of the pair's manifold in the last step, or NO_INDEX
   uint bucket;        // BUCKET_*
 };
@@ -71,7 +71,7 @@ STRUCT(ContactPoint) {
 };
 
 STRUCT(Manifold) {
-  uint bodyA, bodyB;
+  uint bodyA, bodyB;          // bodies also where a compound's shape touches; anchors are in their axes
   int pointCount;
   uint bucket;                // of the step that wrote it
   float breakingThreshold;    // fixed when the manifold is made, as in Bullet

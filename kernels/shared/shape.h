@@ -13,6 +13,7 @@ BTGPU_BEGIN
 #define SHAPE_PLANE 3
 #define SHAPE_CAPSULE 4
 #define SHAPE_HULL 5
+#define SHAPE_COMPOUND 9  // of a body whose shapes have slots of their own (BODY_CHILD); collides with nothing itself
 #define SHAPE_HOST 16  // a shape that the device lacks: its AABB and its contacts come from the host
 
 #define HULL_PADDING 15  // BTGPU_WIDE - 1
@@ -23,9 +24,9 @@ STRUCT(Shape) {
   float breakingThreshold;  // length: a contact is dropped when its points are farther apart
   float unused;
   // Box: half extents with margin; sphere: x = radius; plane: xyz = normal, w = constant; capsule: half of the inner
-  // segment along its axis, zero along the others; hull: half extents of its AABB in its own axes, as Bullet has it.
+  // segment along its axis, zero along the others; hull, compound: half extents of its AABB in its own axes, as Bullet has it.
   float4 extents;
-  float4 centre;  // hull: centre of that AABB; w = 0
+  float4 centre;  // hull, compound: centre of that AABB; w = 0
   // Hull: its part of the arrays of all hulls. Vertices lie without the margin; after the last one of all hulls there
   // are HULL_PADDING more, which may be read.
   int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;

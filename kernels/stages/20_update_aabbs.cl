@@ -12,7 +12,8 @@ static Aabb grow(Aabb box, float by) {
 // World AABB of every body, grown by the contact threshold and, for moving bodies, merged with the AABB of the
 // predicted pose (btCollisionWorld::updateSingleAabb). A moving body too large or too fast to bound is disabled:
 // stateIn -> stateOut. What takes no part gets an AABB that overlaps nothing. Of inactive bodies the old AABB is
-// kept if the world says so. Shapes that only the host knows come with their AABB.
+// kept if the world says so. Shapes that only the host knows come with their AABB. A compound's own only tells whether
+// it is too large: its shapes have theirs.
 KERNEL updateAabbs(CHECKS uint bodyCount, __global const StepParams* params, __global const BodyInfo* infos,
                    __global const Shape* shapes, __global const BodyPose* poses, __global const BodyStep* steps,
                    __global const Aabb* hostAabbs, __global const BodyActivation* stateIn,
@@ -37,7 +38,7 @@ KERNEL updateAabbs(CHECKS uint bodyCount, __global const StepParams* params, __g
       }
       const int keep = !(params->flags & STEP_FORCE_ALL_AABBS) && !isActiveState(activation.state);
       const int known = old.lower.x <= old.upper.x;
-      const int tooLarge = !(body.flags & BODY_STATIC) &&
+      const int tooLarge = !(body.flags & (BODY_STATIC | BODY_CHILD)) &&
                            !(lengthSqr3(box.upper - box.lower) < MOVING_AABB_LIMIT_SQR);
       if (tooLarge && !keep) {
         if (activation.state != STATE_DISABLE_SIMULATION && activation.state != STATE_DISABLE_DEACTIVATION) {
@@ -46,6 +47,7 @@ KERNEL updateAabbs(CHECKS uint bodyCount, __global const StepParams* params, __g
         }
       }
       if ((keep || tooLarge) && known) box = old;
+      if (shape.type == SHAPE_COMPOUND) box = emptyAabb();
     }
     aabbs[i] = box;
     stateOut[i] = activation;

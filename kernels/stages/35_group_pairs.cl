@@ -69,7 +69,10 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
     ASSERT(low < high, low, high);
     const BodyInfo lowInfo = AT(infos, low), highInfo = AT(infos, high);
     const int lowType = AT(shapes, lowInfo.shapeIndex).type, highType = AT(shapes, highInfo.shapeIndex).type;
+    const uint children = (lowInfo.flags | highInfo.flags) & BODY_CHILD;
     int lowIsA = lowInfo.uniqueId < highInfo.uniqueId;
+    // btCompoundCollisionAlgorithm hands its shapes on as the first of a pair.
+    if ((lowInfo.flags ^ highInfo.flags) & BODY_CHILD) lowIsA = (lowInfo.flags & BODY_CHILD) != 0;
     if ((lowType == SHAPE_PLANE) != (highType == SHAPE_PLANE)) lowIsA = highType == SHAPE_PLANE;
     Pair pair;
     pair.bodyA = lowIsA ? low : high;
@@ -85,9 +88,15 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
       pair.bucket = BUCKET_HOST;
       pair.oldManifold = NO_INDEX;
     }
-    if (ignoredCount && findKey(ignored, ignoredCount, keys[i], &ignoredPlace) != NO_INDEX) {
+    ulong bodies = keys[i];
+    if (children) {  // whose bodies are in no order
+      bodies = pairKeyOf(ownerOf(lowInfo, low), ownerOf(highInfo, high));
+      ignoredPlace = NO_INDEX;
+    }
+    if (ignoredCount && findKey(ignored, ignoredCount, bodies, &ignoredPlace) != NO_INDEX) {
       pair.bucket = pair.oldManifold != NO_INDEX ? BUCKET_CARRY : BUCKET_NONE;
     }
+    if (children) ignoredPlace = NO_INDEX;
     AT(pairs, i) = pair;
     AT(buckets, i) = pair.bucket;
     AT(items, i) = i;

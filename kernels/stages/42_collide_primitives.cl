@@ -3,6 +3,7 @@
 // Contacts of the analytic shape pairs, one kernel a bucket. items[] lists the pairs bucket by bucket,
 // bucketFirst[] where each bucket begins. Built with BTGPU_BUCKET, so that a world builds only what it uses.
 #include "../lib/collide.h"
+#include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #if BTGPU_BUCKET == BUCKET_HULL_PLANE
 #include "../lib/hull_plane.h"
@@ -24,12 +25,6 @@ static float4 segmentAxis(Shape s, BodyPose pose) {
   return matrixColumn(matrixFromQuaternion(pose.orientation), axis);
 }
 #endif
-
-// A new contact can arise within this distance.
-static float newContactThreshold(CHECKS Pair pair, Shape a, Shape b, __global const Manifold* oldManifolds) {
-  if (pair.oldManifold != NO_INDEX) return AT(oldManifolds, pair.oldManifold).breakingThreshold;
-  return fmin(a.breakingThreshold, b.breakingThreshold);
-}
 
 static void collide(Shape a, Shape b, BodyPose poseA, BodyPose poseB, float threshold,
                     __global const float4* hullVertices, RawContacts* raw) {
@@ -72,7 +67,7 @@ KERNEL collidePrimitives(CHECKS __global const StepCounters* counters, __global 
            a.vertexCount);
     RawContacts raw = noContacts();
     collide(a, b, AT(poses, pair.bodyA), AT(poses, pair.bodyB),
-            newContactThreshold(WITH_CHECKS pair, a, b, oldManifolds), hullVertices, &raw);
+            contactThreshold(WITH_CHECKS pair, infos, shapes, oldManifolds), hullVertices, &raw);
     ASSERT(raw.count >= 0 && raw.count <= RAW_POINTS, raw.count, i);
     AT(contacts, i) = raw;
   }

@@ -3,6 +3,7 @@
 // Pairs in which a hull takes part, and capsules on boxes: where they are closest. Positions count from the first such
 // pair in items[]; the buckets lie side by side.
 #include "../lib/convex_sat.h"
+#include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
 
@@ -56,10 +57,9 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
     const Matrix3 ra = matrixFromQuaternion(poseA.orientation);
     const CorePair cores =
         corePairOf(a, b, ra, matrixFromQuaternion(poseB.orientation), poseB.position - poseA.position);
-    float threshold = fmin(a.breakingThreshold, b.breakingThreshold);
+    const float threshold = contactThreshold(WITH_CHECKS pair, infos, shapes, oldManifolds);
     float4 start = cores.offset;
     if (pair.oldManifold != NO_INDEX) {
-      threshold = AT(oldManifolds, pair.oldManifold).breakingThreshold;
       if (AT(oldManifolds, pair.oldManifold).pointCount > 0) {
         start = -mulTransposed(ra, AT(oldManifolds, pair.oldManifold).points[0].normalWorldOnB);
       } else if (AT(oldManifolds, pair.oldManifold).axis != 0) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "../lib/convex_clip.h"
+#include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
 
@@ -27,8 +28,7 @@ KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCa
     const Matrix3 ra = matrixFromQuaternion(poseA.orientation);
     const CorePair cores =
         corePairOf(a, b, ra, matrixFromQuaternion(poseB.orientation), poseB.position - poseA.position);
-    float threshold = fmin(a.breakingThreshold, b.breakingThreshold);
-    if (pair.oldManifold != NO_INDEX) threshold = AT(oldManifolds, pair.oldManifold).breakingThreshold;
+    const float threshold = contactThreshold(WITH_CHECKS pair, infos, shapes, oldManifolds);
     RawContacts raw = noContacts();
     raw.axis = AT(contacts, i).axis;
     ASSERT_FLOATS(isUnit(AT(closest, k).normal), AT(closest, k).normal.x, AT(closest, k).normal.w);

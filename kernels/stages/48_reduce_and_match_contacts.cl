@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "../lib/bounds.h"
 #include "../lib/kernel.h"
 #include "../lib/manifold.h"
 #include "../shared/shape.h"
 
 // Of a pair that has none yet; without points.
-static Manifold newManifold(Pair pair, Shape a, Shape b, BodyMaterial materialA, BodyMaterial materialB) {
+static Manifold newManifold(uint bodyA, uint bodyB, Shape a, Shape b, BodyMaterial materialA, BodyMaterial materialB) {
   Manifold m;
-  m.bodyA = pair.bodyA;
-  m.bodyB = pair.bodyB;
+  m.bodyA = bodyA;
+  m.bodyB = bodyB;
   m.pointCount = 0;
   m.breakingThreshold = fmin(a.breakingThreshold, b.breakingThreshold);
   m.processingThreshold = fmin(materialA.contactProcessingThreshold, materialB.contactProcessingThreshold);
@@ -69,15 +70,21 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     const Pair pair = AT(pairs, i);
-    const BodyInfo infoA = AT(infos, pair.bodyA), infoB = AT(infos, pair.bodyB);
+    BodyInfo infoA = AT(infos, pair.bodyA), infoB = AT(infos, pair.bodyB);
+    const uint bodyA = ownerOf(infoA, pair.bodyA), bodyB = ownerOf(infoB, pair.bodyB);
+    const uint children = (infoA.flags | infoB.flags) & BODY_CHILD;
+    if (children) {
+      infoA = AT(infos, bodyA);
+      infoB = AT(infos, bodyB);
+    }
     Manifold m;
     if (pair.oldManifold != NO_INDEX) {
       m = loadHead(&AT(oldManifolds, pair.oldManifold));
       ASSERT(m.pointCount >= 0 && m.pointCount <= MANIFOLD_POINTS, m.pointCount, pair.oldManifold);
       loadPoints(&AT(oldManifolds, pair.oldManifold), &m);
     } else {
-      m = newManifold(pair, AT(shapes, infoA.shapeIndex), AT(shapes, infoB.shapeIndex), AT(materials, pair.bodyA),
-                      AT(materials, pair.bodyB));
+      m = newManifold(bodyA, bodyB, AT(shapes, infoA.shapeIndex), AT(shapes, infoB.shapeIndex), AT(materials, bodyA),
+                      AT(materials, bodyB));
     }
     m.bucket = pair.bucket;
     if (!(params->flags & STEP_CONTACTS_UNSEEN)) {
@@ -93,17 +100,19 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
       const int candidates = AT(contacts, i).count;
       ASSERT(candidates >= 0 && candidates <= RAW_POINTS, candidates, i);
       if (candidates > 0 || m.pointCount > 0) {
-        const BodyMaterial materialA = AT(materials, pair.bodyA), materialB = AT(materials, pair.bodyB);
-        const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
+        const BodyMaterial materialA = AT(materials, bodyA), materialB = AT(materials, bodyB);
+        const BodyPose a = AT(poses, bodyA), b = AT(poses, bodyB);
         const Matrix3 ra = matrixFromQuaternion(a.orientation), rb = matrixFromQuaternion(b.orientation);
         const float4 bFromA = b.position - a.position;
         RawContacts raw = AT(contacts, i);
         ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
         reduceContacts(&raw);
+        // Candidates are relative to the shape that they were found for, points to its body.
+        const float4 shift = children ? xyz(AT(poses, pair.bodyA).position - a.position) : vec3(0.0f, 0.0f, 0.0f);
         UNROLL
         for (int k = 0; k < MANIFOLD_POINTS; ++k) {
           if (k >= raw.count) continue;
-          ContactPoint p = makePoint(raw.normal, raw.points[k], ra, rb, bFromA);
+          ContactPoint p = makePoint(raw.normal, raw.points[k] + shift, ra, rb, bFromA);
           combine(&p, infoA.flags | infoB.flags, materialA, materialB);
           addPoint(&m, p);
         }

@@ -19,8 +19,10 @@
 #define KIND_NO_RESPONSE 8u
 #define KIND_MOVES 16u       // the solver can move it
 #define KIND_SLEEPS 32u      // once the states are decided
+#define KIND_CHILD 64u       // one of a compound's shapes, and nothing else
 
 static uint kindOf(uint flags, int state, BodyStep step) {
+  if (flags & BODY_CHILD) return KIND_CHILD;
   uint kind = 0;
   if ((flags & BODY_PRESENT) && !isStaticOrKinematic(flags)) kind |= KIND_MEMBER;
   if ((kind & KIND_MEMBER) && !(flags & (BODY_NO_RESPONSE | BODY_QUARANTINED))) kind |= KIND_MERGES;
@@ -97,13 +99,19 @@ static void wakeOther(CHECKS uint bodyA, uint bodyB, uint kindA, uint kindB, vol
 }
 
 KERNEL islandUnite(CHECKS uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
-                   __global const Pair* pairs, __global const Manifold* manifolds, __global const uint* kinds,
-                   volatile __global uint* parents, volatile __global uint* wake) {
+                   __global const Pair* pairs, __global const Manifold* manifolds, __global const BodyInfo* infos,
+                   __global const uint* kinds, volatile __global uint* parents, volatile __global uint* wake) {
   RETURN_ON_OVERFLOW(counters);
   const int byContact = (params->flags & STEP_WAKE_BY_CONTACT) != 0;
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
-    const Pair pair = AT(pairs, i);
-    const uint kindA = AT(kinds, pair.bodyA), kindB = AT(kinds, pair.bodyB);
+    Pair pair = AT(pairs, i);
+    uint kindA = AT(kinds, pair.bodyA), kindB = AT(kinds, pair.bodyB);
+    if ((kindA | kindB) & KIND_CHILD) {
+      if (kindA & KIND_CHILD) pair.bodyA = AT(infos, pair.bodyA).parent;
+      if (kindB & KIND_CHILD) pair.bodyB = AT(infos, pair.bodyB).parent;
+      kindA = AT(kinds, pair.bodyA);
+      kindB = AT(kinds, pair.bodyB);
+    }
     if (kindA & kindB & KIND_MERGES) {
       unite(WITH_CHECKS parents, pair.bodyA, pair.bodyB);
     } else if (((kindA | kindB) & KIND_WAKER) && mayTouch(pair) &&

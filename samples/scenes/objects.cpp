@@ -47,6 +47,13 @@ btSphereShape* Objects::sphere(btScalar radius) {
   return raw;
 }
 
+btCompoundShape* Objects::compound() {
+  auto shape = std::make_unique<btCompoundShape>();
+  btCompoundShape* raw = shape.get();
+  m_shapes.push_back(std::move(shape));
+  return raw;
+}
+
 btStaticPlaneShape* Objects::plane(const btVector3& normal, btScalar constant) {
   auto shape = std::make_unique<btStaticPlaneShape>(normal, constant);
   btStaticPlaneShape* raw = shape.get();

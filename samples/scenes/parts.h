@@ -34,10 +34,11 @@ inline Size cube(int n) { return {root(n, 3), root(n, 3), root(n, 3)}; }
 inline Size square(int n) { return {root(n, 2), 1, root(n, 2)}; }
 
 // The families of scenes, a file each.
-std::vector<Scene> boxScenes();      // boxes.cpp
-std::vector<Scene> rainScenes();     // rain.cpp
-std::vector<Scene> machineScenes();  // machines.cpp
-std::vector<Scene> bigBoxScenes();   // big_boxes.cpp
-std::vector<Scene> bigPileScenes();  // big_piles.cpp
+std::vector<Scene> boxScenes();       // boxes.cpp
+std::vector<Scene> rainScenes();      // rain.cpp
+std::vector<Scene> compoundScenes();  // compounds.cpp
+std::vector<Scene> machineScenes();   // machines.cpp
+std::vector<Scene> bigBoxScenes();    // big_boxes.cpp
+std::vector<Scene> bigPileScenes();   // big_piles.cpp
 
 }  // namespace scenes

@@ -35,6 +35,7 @@ class Objects {
   btStaticPlaneShape* plane(const btVector3& normal, btScalar constant);
   btCapsuleShape* capsule(btScalar radius, btScalar height);
   btConvexHullShape* hull(const std::vector<btVector3>& points);
+  btCompoundShape* compound();  // of nothing yet
   // Adds a body; mass 0 makes it static.
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btTransform& at);
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at);

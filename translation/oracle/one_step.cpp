@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "../../kernels/shared/shape.h"
@@ -190,6 +191,21 @@ bool OneStepCheck::awake(const Manifold& m) const {
   return active(m_step->before[m.bodyA].activation) || active(m_step->before[m.bodyB].activation);
 }
 
+namespace {
+
+double depthOf(const Manifold& m) { return m.pointCount > 0 ? -double(m.points[deepestPoint(m)].localPointA.w) : -1e300; }
+double depthOf(const btPersistentManifold* m) {
+  return m && m->getNumContacts() > 0 ? -double(deepestPoint(*m).getDistance()) : -1e300;
+}
+
+// Of one pair of bodies: of compounds there may be several, of which the deepest ones are compared.
+struct PairContacts {
+  const Manifold* ours = nullptr;
+  const btPersistentManifold* stock = nullptr;
+};
+
+}  // namespace
+
 // Pairs that Bullet's own narrowphase collides in both worlds have nothing to compare.
 void OneStepCheck::compareContacts() {
   const std::vector<Manifold>& ours = *m_contacts;
@@ -197,32 +213,26 @@ void OneStepCheck::compareContacts() {
   for (size_t i = 0; i < m_ofPairs; ++i) {
     if (ours[i].bucket == BUCKET_HOST) ofHost.insert(pairOf(ours[i].bodyA, ours[i].bodyB));
   }
-  btDispatcher& dispatcher = *m_oracle.getDispatcher();
-  // Stock's manifolds by pair; what is left at the end has no partner among ours.
-  std::vector<std::pair<SlotPair, const btPersistentManifold*>> stock;
-  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold* m = dispatcher.getManifoldByIndexInternal(i);
-    const SlotPair key = pairOf(m_oracle.slotOf(*m->getBody0()), m_oracle.slotOf(*m->getBody1()));
-    if (m->getNumContacts() > 0 && ofHost.count(key) == 0) stock.push_back({key, m});
-  }
-  std::sort(stock.begin(), stock.end());
-  std::vector<bool> met(stock.size(), false);
+  std::map<SlotPair, PairContacts> pairs;
   for (size_t i = 0; i < m_ofPairs; ++i) {
     const Manifold& m = ours[i];
     if (!awake(m) || m.bucket == BUCKET_HOST || !m_oracle.object(m.bodyA) || !m_oracle.object(m.bodyB)) continue;
-    const SlotPair key = pairOf(m.bodyA, m.bodyB);
-    const auto it = std::lower_bound(stock.begin(), stock.end(),
-                                     std::make_pair(key, static_cast<const btPersistentManifold*>(nullptr)));
-    const bool found = it != stock.end() && it->first == key;
-    if (found) met[static_cast<size_t>(it - stock.begin())] = true;
-    comparePair(m, found ? it->second : nullptr);
+    PairContacts& pair = pairs[pairOf(m.bodyA, m.bodyB)];
+    if (!pair.ours || depthOf(m) > depthOf(*pair.ours)) pair.ours = &m;
   }
-  for (size_t i = 0; i < stock.size(); ++i) {
-    if (met[i]) continue;
+  btDispatcher& dispatcher = *m_oracle.getDispatcher();
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold* m = dispatcher.getManifoldByIndexInternal(i);
+    const SlotPair key = pairOf(m_oracle.slotOf(*m->getBody0()), m_oracle.slotOf(*m->getBody1()));
+    if (m->getNumContacts() == 0 || ofHost.count(key) > 0) continue;
+    PairContacts& pair = pairs[key];
+    if (depthOf(m) > depthOf(pair.stock)) pair.stock = m;
+  }
+  for (const auto& [key, pair] : pairs) {
     Manifold none{};
-    none.bodyA = stock[i].first.first;
-    none.bodyB = stock[i].first.second;
-    if (awake(none)) comparePair(none, stock[i].second);
+    none.bodyA = key.first;
+    none.bodyB = key.second;
+    if (pair.ours || awake(none)) comparePair(pair.ours ? *pair.ours : none, pair.stock);
   }
 }
 

@@ -113,7 +113,19 @@ void OracleWorld::setState(const std::vector<BodyState>& states, const std::vect
   // The pairs have to be there before their manifolds can be filled.
   updateAabbs();
   computeOverlappingPairs();
-  replaceContacts(cache, cache.size());
+  // Of two compounds' shapes stock's algorithm keeps the manifolds, and finds their contacts anew.
+  std::vector<Manifold> known;
+  for (const Manifold& m : cache) {
+    if (!hasCompound(m)) known.push_back(m);
+  }
+  replaceContacts(known, known.size());
+}
+
+bool OracleWorld::hasCompound(const Manifold& m) const {
+  const auto isCompound = [this](uint slot) {
+    return m_objects[slot] && m_objects[slot]->getCollisionShape()->isCompound();
+  };
+  return isCompound(m.bodyA) || isCompound(m.bodyB);
 }
 
 void OracleWorld::findContacts(btScalar timeStep) {
@@ -135,7 +147,7 @@ void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t 
     const Manifold& m = contacts[i];
     if (m.pointCount == 0 || !m_objects[m.bodyA] || !m_objects[m.bodyB]) continue;
     btPersistentManifold* manifold;
-    if (i < ofPairs) {
+    if (i < ofPairs && !hasCompound(m)) {
       manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
     } else {
       manifold = getDispatcher()->getNewManifold(object(m.bodyA), object(m.bodyB));

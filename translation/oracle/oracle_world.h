@@ -89,8 +89,8 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   // Stock's step up to the contacts.
   void findContacts(btScalar timeStep);
   // Makes `contacts` the dispatcher's contacts, so that the solver works on the very same ones as btgpu's. Those behind
-  // the first `ofPairs` come from the host and may be several a pair: each gets a manifold of its own, until the next
-  // call.
+  // the first `ofPairs` come from the host and may be several a pair, as those of compounds: each gets a manifold of its
+  // own, until the next call.
   void replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs);
   // The manifold that holds contacts[i] of the last replaceContacts(); null if it has no points.
   const btPersistentManifold* replaced(size_t i) const { return m_replaced[i]; }
@@ -117,6 +117,8 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   btDbvtBroadphase& pairFinder() { return broadphase; }
 
  private:
+  bool hasCompound(const Manifold& m) const;
+
   std::vector<btCollisionObject*> m_objects;
   std::vector<uint> m_slots;  // by the objects' position in the world
   std::vector<btPersistentManifold*> m_loose, m_replaced;

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "compound_algorithm.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "exact_type.h"
+
+BTGPU_TRANSLATION_BEGIN
+
+// Elements of the dispatcher's pool are made for the largest of Bullet's own algorithms.
+static_assert(sizeof(DeviceCompoundAlgorithm) <= sizeof(btConvexConvexAlgorithm), "does not fit the dispatcher's pool");
+
+namespace {
+
+void destroy(btDispatcher& dispatcher, btCollisionAlgorithm* algorithm) {
+  algorithm->~btCollisionAlgorithm();
+  dispatcher.freeCollisionAlgorithm(algorithm);
+}
+
+// The point of `from` that lies where `p` does on body A, within the manifold's breaking threshold; null if none does.
+const btManifoldPoint* samePoint(const btPersistentManifold& from, const btManifoldPoint& p) {
+  const btManifoldPoint* nearest = nullptr;
+  btScalar least = from.getContactBreakingThreshold() * from.getContactBreakingThreshold();
+  for (int k = 0; k < from.getNumContacts(); ++k) {
+    const btManifoldPoint& q = from.getContactPoint(k);
+    const btScalar distance = (q.m_localPointA - p.m_localPointA).length2();
+    if (q.m_index0 != p.m_index0 || q.m_index1 != p.m_index1 || distance >= least) continue;
+    least = distance;
+    nearest = &q;
+  }
+  return nearest;
+}
+
+void carryImpulses(const btPersistentManifold& from, btPersistentManifold& to) {
+  if (from.getBody0() != to.getBody0()) return;
+  for (int k = 0; k < to.getNumContacts(); ++k) {
+    btManifoldPoint& p = to.getContactPoint(k);
+    const btManifoldPoint* known = samePoint(from, p);
+    if (!known) continue;
+    p.m_appliedImpulse = known->m_appliedImpulse;
+    p.m_appliedImpulseLateral1 = known->m_appliedImpulseLateral1;
+    p.m_appliedImpulseLateral2 = known->m_appliedImpulseLateral2;
+    p.m_lifeTime = known->m_lifeTime;
+  }
+}
+
+}  // namespace
+
+DeviceCompoundAlgorithm::DeviceCompoundAlgorithm(btDispatcher& dispatcher, std::shared_ptr<ManifoldRegistry> registry)
+    : m_registry(std::move(registry)) {
+  m_dispatcher = &dispatcher;
+}
+
+DeviceCompoundAlgorithm::~DeviceCompoundAlgorithm() {
+  releaseAll();
+  if (m_stock) destroy(*m_dispatcher, m_stock);
+}
+
+DeviceCompoundAlgorithm* DeviceCompoundAlgorithm::find(const btBroadphasePair& pair) {
+  return pair.m_algorithm && isExactly<DeviceCompoundAlgorithm>(*pair.m_algorithm)
+             ? static_cast<DeviceCompoundAlgorithm*>(pair.m_algorithm)
+             : nullptr;
+}
+
+DeviceCompoundAlgorithm& DeviceCompoundAlgorithm::of(btBroadphasePair& pair, btDispatcher& dispatcher,
+                                                     const std::shared_ptr<ManifoldRegistry>& registry) {
+  DeviceCompoundAlgorithm* ours = find(pair);
+  if (ours && ours->m_registry == registry && !ours->m_stock) return *ours;
+  if (pair.m_algorithm) destroy(dispatcher, pair.m_algorithm);
+  void* memory = dispatcher.allocateCollisionAlgorithm(sizeof(DeviceCompoundAlgorithm));
+  ours = new (memory) DeviceCompoundAlgorithm(dispatcher, registry);
+  pair.m_algorithm = ours;
+  return *ours;
+}
+
+const DeviceCompoundAlgorithm::Contact* DeviceCompoundAlgorithm::contact(ulong key, const btCollisionObject& a,
+                                                                         const btCollisionObject& b) {
+  const auto known =
+      std::find_if(m_contacts.begin(), m_contacts.end(), [key](const Contact& c) { return c.key == key; });
+  if (known != m_contacts.end()) return &*known;
+  btPersistentManifold* manifold = m_dispatcher->getNewManifold(&a, &b);
+  if (!manifold) return nullptr;
+  m_contacts.push_back({key, manifold, m_registry->add(manifold)});
+  return &m_contacts.back();
+}
+
+void DeviceCompoundAlgorithm::release(const btPersistentManifold* manifold) {
+  const auto it = std::find_if(m_contacts.begin(), m_contacts.end(),
+                               [manifold](const Contact& c) { return c.manifold == manifold; });
+  if (it == m_contacts.end()) return;
+  const Contact gone = *it;
+  m_contacts.erase(it);
+  m_registry->remove(gone.handle);
+  m_dispatcher->releaseManifold(gone.manifold);
+}
+
+void DeviceCompoundAlgorithm::releaseAll() {
+  while (!m_contacts.empty()) release(m_contacts.back().manifold);
+}
+
+bool DeviceCompoundAlgorithm::makeStock(const btCollisionObjectWrapper* body0, const btCollisionObjectWrapper* body1) {
+  if (!m_stock) m_stock = m_dispatcher->findAlgorithm(body0, body1, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  return m_stock != nullptr;
+}
+
+void DeviceCompoundAlgorithm::processCollision(const btCollisionObjectWrapper* body0,
+                                               const btCollisionObjectWrapper* body1, const btDispatcherInfo& info,
+                                               btManifoldResult* result) {
+  if (!makeStock(body0, body1)) return;
+  m_stock->processCollision(body0, body1, info, result);
+  if (m_contacts.empty()) return;
+  btManifoldArray manifolds;
+  m_stock->getAllContactManifolds(manifolds);
+  for (int i = 0; i < manifolds.size(); ++i) {
+    for (const Contact& c : m_contacts) carryImpulses(*c.manifold, *manifolds[i]);
+  }
+  releaseAll();
+}
+
+btScalar DeviceCompoundAlgorithm::calculateTimeOfImpact(btCollisionObject* body0, btCollisionObject* body1,
+                                                        const btDispatcherInfo& info, btManifoldResult* result) {
+  const btCollisionObjectWrapper w0(nullptr, body0->getCollisionShape(), body0, body0->getWorldTransform(), -1, -1);
+  const btCollisionObjectWrapper w1(nullptr, body1->getCollisionShape(), body1, body1->getWorldTransform(), -1, -1);
+  return makeStock(&w0, &w1) ? m_stock->calculateTimeOfImpact(body0, body1, info, result) : btScalar(1);
+}
+
+void DeviceCompoundAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
+  for (const Contact& c : m_contacts) manifolds.push_back(c.manifold);
+  if (m_stock) m_stock->getAllContactManifolds(manifolds);
+}
+
+int childIndexOf(const WorldReader& reader, ulong key, std::uint32_t body) {
+  const auto low = static_cast<std::uint32_t>(key >> 32), high = static_cast<std::uint32_t>(key);
+  return reader.slots()[reader.ownerOf(low) == body ? low : high].child;
+}
+
+bool slotsOfManifold(const WorldReader& reader, const btPersistentManifold& manifold, std::uint32_t& a,
+                     std::uint32_t& b) {
+  const auto slotOf = [&reader](std::uint32_t body, int child, std::uint32_t& slot) {
+    slot = body;
+    const auto* children = reader.childrenOf(body);
+    if (!children) return true;
+    const auto isMeant = [&](std::uint32_t c) { return reader.slots()[c].child == child; };
+    if (std::count_if(children->begin(), children->end(), isMeant) != 1) return false;
+    slot = *std::find_if(children->begin(), children->end(), isMeant);
+    return true;
+  };
+  if (manifold.getNumContacts() == 0) return !reader.childrenOf(a) && !reader.childrenOf(b);
+  const btManifoldPoint& p = manifold.getContactPoint(0);
+  return slotOf(a, p.m_index0, a) && slotOf(b, p.m_index1, b);
+}
+
+BTGPU_TRANSLATION_END
