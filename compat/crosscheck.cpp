@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <exception>
 
+#include "../gpu_engine/slots.h"
 #include "../translation/contacts.h"
 #include "../translation/oracle/quiet_callbacks.h"
 #include "crosscheck_text.h"
@@ -127,11 +128,12 @@ void CrossCheck::readCache(const WorldReader& reader, Engine& engine, bool engin
   } else if (engineHolds && m_resultsKept) {
     m_cache.assign(last.manifolds.begin(),
                    last.manifolds.begin() + static_cast<std::ptrdiff_t>(last.counters.pairCount));
+    nameSlots(input.infos.values, last.matchedKeys, m_cache);
   } else if (engineHolds) {
     m_cacheKnown = engine.readManifolds(m_cache) == Status::Ok;
   }
   const auto isGone = [&](uint slot) {
-    return slot >= m_shadow->slotCount() || !m_shadow->object(slot) ||
+    return slot >= m_shadow->slotCount() || !m_shadow->object(ownerOf(input.infos.values, slot)) ||
            std::binary_search(input.born.begin(), input.born.end(), slot);
   };
   m_cache.erase(std::remove_if(m_cache.begin(), m_cache.end(),

@@ -82,6 +82,7 @@ struct StepResults {
 
   // With StepSettings::keepContacts: one manifold a pair that overlaps, in the order of the pairs, then those of the
   // host. Points beyond a manifold's count are whatever its place held before.
+  std::vector<ulong> matchedKeys;          // of the pairs, from their slots
   std::vector<Manifold> matchedManifolds;  // as the solver got them, impulses of the last step
   std::vector<Manifold> manifolds;         // after the step
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "slots.h"
 #include "debug/recorders.h"
 #include "opencl/error.h"
 #include "step_params.h"
@@ -348,6 +349,8 @@ void WorldEngine::readContacts(StepResults& results) {
   }
   const size_t all = settings.keepContacts ? pairs + hosts : 0;
   results.matchedManifolds.resize(all);
+  results.matchedKeys.resize(results.counters.pairCount);
+  m_queue.read(m_world->keys.buffer(), 0, results.matchedKeys.size() * sizeof(ulong), results.matchedKeys.data(), true);
   results.manifolds.resize(all);
   if (all == 0) return;
   m_queue.read(m_world->matchedManifolds.buffer(), 0, all * sizeof(Manifold), results.matchedManifolds.data(), true);
@@ -359,21 +362,8 @@ void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
   if (m_world->oldPairCount.empty()) return;
   manifolds.resize(m_world->oldPairCount.toVector(m_queue).front());
   m_queue.read(m_world->oldManifolds.buffer(), 0, manifolds.size() * sizeof(Manifold), manifolds.data(), true);
-  if (!m_world->childPoses.empty()) nameSlots(manifolds);
-}
-
-// Shapes of compounds in place of their bodies: what the pair's key says.
-void WorldEngine::nameSlots(std::vector<Manifold>& manifolds) {
-  const auto keys = m_world->oldKeys.toVector(m_queue);
-  const auto infos = m_world->infos.toVector(m_queue);
-  for (size_t i = 0; i < manifolds.size(); ++i) {
-    const uint low = static_cast<uint>(keys[i] >> 32), high = static_cast<uint>(keys[i]);
-    if (low >= infos.size()) continue;  // an upload broke off: nothing is known of slots
-    const uint owner = infos[low].flags & BODY_CHILD ? infos[low].parent : low;
-    const bool lowIsA = owner == manifolds[i].bodyA;
-    manifolds[i].bodyA = lowIsA ? low : high;
-    manifolds[i].bodyB = lowIsA ? high : low;
-  }
+  if (m_world->childPoses.empty()) return;
+  nameSlots(m_world->infos.toVector(m_queue), m_world->oldKeys.toVector(m_queue), manifolds);
 }
 
 // Makes room for what a step lacked that is to be repeated.

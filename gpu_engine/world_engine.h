@@ -31,7 +31,6 @@ class WorldEngine {
   void begin(const WorldInput& input, const StepSettings& settings);
   void finish(StepResults& results);
   void readManifolds(std::vector<Manifold>& manifolds);
-  void nameSlots(std::vector<Manifold>& manifolds);
   void reset();
   EngineInfo info() const;
   std::vector<StageProfile> takeProfile(ZoneSink* sink);

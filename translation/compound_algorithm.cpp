@@ -10,6 +10,7 @@
 #include <new>
 #include <utility>
 
+#include "../gpu_engine/slots.h"
 #include "exact_type.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -138,7 +139,7 @@ void DeviceCompoundAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
 
 int childIndexOf(const WorldReader& reader, ulong key, std::uint32_t body) {
   const auto low = static_cast<std::uint32_t>(key >> 32), high = static_cast<std::uint32_t>(key);
-  return reader.slots()[reader.ownerOf(low) == body ? low : high].child;
+  return childOf(reader.input().infos.values, reader.ownerOf(low) == body ? low : high);
 }
 
 bool slotsOfManifold(const WorldReader& reader, const btPersistentManifold& manifold, std::uint32_t& a,
@@ -147,7 +148,7 @@ bool slotsOfManifold(const WorldReader& reader, const btPersistentManifold& mani
     slot = body;
     const auto* children = reader.childrenOf(body);
     if (!children) return true;
-    const auto isMeant = [&](std::uint32_t c) { return reader.slots()[c].child == child; };
+    const auto isMeant = [&](std::uint32_t c) { return childOf(reader.input().infos.values, c) == child; };
     if (std::count_if(children->begin(), children->end(), isMeant) != 1) return false;
     slot = *std::find_if(children->begin(), children->end(), isMeant);
     return true;

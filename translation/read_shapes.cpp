@@ -90,19 +90,21 @@ bool convertSimple(const btCollisionShape& shape, Shape& out) {
 }  // namespace
 
 // False if one of its shapes can't be on the device, planes among them: Bullet's are static and have no bounds.
-bool ShapeReader::addLeaves(const btCompoundShape& compound, const btTransform& pose, WorldInput& input,
+bool ShapeReader::addLeaves(const btCompoundShape& compound, const btTransform& pose, int depth, WorldInput& input,
                             FallbackList& missing, FallbackList& shares, std::vector<CompoundLeaf>& leaves) {
   constexpr double kNoOrigin[3] = {0, 0, 0};
   for (int k = 0; k < compound.getNumChildShapes(); ++k) {
     const btCollisionShape* child = compound.getChildShape(k);
     const btTransform childPose = pose * compound.getChildTransform(k);
     if (isExactly<btCompoundShape>(*child)) {
-      if (!addLeaves(static_cast<const btCompoundShape&>(*child), childPose, input, missing, shares, leaves)) return false;
+      if (!addLeaves(static_cast<const btCompoundShape&>(*child), childPose, depth + 1, input, missing, shares, leaves)) {
+        return false;
+      }
       continue;
     }
     const int index = read(child, input, missing, shares);
     if (index < 0 || !isInCompounds(input.shapes.values[static_cast<std::size_t>(index)].type)) return false;
-    leaves.push_back({index, k, toPose(childPose, kNoOrigin)});
+    leaves.push_back({index, depth, k, toPose(childPose, kNoOrigin)});
   }
   return true;
 }
@@ -113,7 +115,7 @@ bool ShapeReader::convertCompound(const btCompoundShape& compound, std::uint32_t
   std::vector<CompoundLeaf> leaves;
   // The application may refuse pairs of shapes: it is asked on the host.
   const bool asks = gCompoundChildShapePairCallback || gCompoundCompoundChildShapePairCallback;
-  if (asks || !addLeaves(compound, btTransform::getIdentity(), input, missing, shares, leaves)) {
+  if (asks || !addLeaves(compound, btTransform::getIdentity(), 1, input, missing, shares, leaves)) {
     m_compounds.erase(index);
     return false;
   }

@@ -16,6 +16,7 @@ BTGPU_TRANSLATION_BEGIN
 // One shape of a compound, of nested ones too: which it is, and where in the outermost one's axes.
 struct CompoundLeaf {
   int shapeIndex;
+  int depth;  // of how many compounds around it
   int child;  // its number in the compound that it is in, as contact points have it (btManifoldPoint::m_index0)
   BodyPose pose;
 };
@@ -77,7 +78,7 @@ class ShapeReader {
   void dropHull(std::uint32_t index);
   bool convertCompound(const btCompoundShape& compound, std::uint32_t index, WorldInput& input, FallbackList& missing,
                        FallbackList& shares, Shape& out);
-  bool addLeaves(const btCompoundShape& compound, const btTransform& pose, WorldInput& input, FallbackList& missing,
+  bool addLeaves(const btCompoundShape& compound, const btTransform& pose, int depth, WorldInput& input, FallbackList& missing,
                  FallbackList& shares, std::vector<CompoundLeaf>& leaves);
 
   std::unordered_map<const btCollisionShape*, Entry> m_entries;

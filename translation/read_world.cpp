@@ -298,9 +298,10 @@ void WorldReader::readChildren(std::uint32_t body, const std::vector<CompoundLea
     info.shapeIndex = leaves[i].shapeIndex;
     info.flags = (parent.flags & kShared) | BODY_CHILD;
     info.parent = body;
+    info.child = leaves[i].child;
+    info.depth = leaves[i].depth;
     const BodyInfo& known = m_input.infos.values[slot];
     if (!(known.flags & BODY_CHILD) || known.shapeIndex != info.shapeIndex) m_input.born.push_back(slot);
-    m_slots[slot].child = leaves[i].child;
     update(m_input.infos, slot, info, m_input.infos.changed);
     update(m_input.childPoses, slot, leaves[i].pose, m_input.childPoses.changed);
   }

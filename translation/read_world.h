@@ -26,9 +26,7 @@ struct BodySlot {
   // A step that does not change it has nothing to write: an earlier one has left in it all that steps leave in a body
   // that stays where it is (restingTransform() among it), and nobody has touched it since.
   bool resting = false;
-  // Of a slot that holds one of a compound's shapes, and no object: the compound's body, and CompoundLeaf::child.
-  std::uint32_t parent = kNoSlot;
-  int child = -1;
+  std::uint32_t parent = kNoSlot;  // of a slot that holds one of a compound's shapes, and no object: the body's
 };
 
 // Reads a Bullet world into a WorldInput: finds what came, went and changed by comparing with what the device

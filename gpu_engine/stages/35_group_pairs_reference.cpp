@@ -51,9 +51,10 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
     const bool known = old != oldKeys.end() && !born[a] && !born[b];
     const bool carried = !isActive(activations[a].state) && !isActive(activations[b].state);
     // btBroadphasePair orders by proxy id; btConvexPlaneCollisionAlgorithm makes its manifold with the plane
-    // last; btCompoundCollisionAlgorithm hands a compound's shapes on as the first of their pairs.
+    // last; btCompoundCollisionAlgorithm makes the compound the first, btCompoundCompoundCollisionAlgorithm opens both.
     const bool childA = infos[a].flags & BODY_CHILD, childB = infos[b].flags & BODY_CHILD;
-    if (childA == childB ? infos[b].uniqueId < infos[a].uniqueId : childB) std::swap(a, b);
+    const int depthA = infos[a].depth, depthB = infos[b].depth;
+    if (depthA == depthB ? infos[b].uniqueId < infos[a].uniqueId : depthB > depthA) std::swap(a, b);
     if (typeOf(a) == SHAPE_PLANE && typeOf(b) != SHAPE_PLANE) std::swap(a, b);
     const auto onHost = [&](uint body) {
       return typeOf(body) == SHAPE_HOST || (infos[body].flags & BODY_HOST_CONTACTS);

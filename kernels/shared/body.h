@@ -79,7 +79,8 @@ STRUCT(BodyInfo) {
   int filterMask;
   int uniqueId;     // of the broadphase proxy: the lower one is body A of a pair, as in Bullet
   uint parent;      // with BODY_CHILD; else 0
-  int unused[2];
+  int child;        // with BODY_CHILD, for the host: number of the shape in the compound that it is in, nested or not
+  int depth;        // with BODY_CHILD: how many compounds are around the shape; else 0
 };
 
 STRUCT(BodyActivation) {

@@ -16,7 +16,7 @@ LIB ulong pairKeyOf(uint a, uint b) { return ((ulong)(a < b ? a : b) << 32) | (a
 
 // One pair of slots whose AABBs overlap: bodies, or shapes of compounds (BODY_CHILD). Sorted by (lower, higher) slot.
 STRUCT(Pair) {
-  uint bodyA, bodyB;  // manifold order: A has the lower proxy id, but a plane is always B, and else a compound's shape A
+  uint bodyA, bodyB;  // manifold order: A has the lower proxy id, but a plane is always B; shapes in more compounds are A
   uint oldManifold;   // index of the pair's manifold in the last step, or NO_INDEX
   uint bucket;        // BUCKET_*
 };

@@ -39,7 +39,8 @@
     FIELD(BodyDamping, angularSleepingThreshold)                                                            \
   SIZE(BodyInfo, 32)                                                                                        \
     FIELD(BodyInfo, shapeIndex) FIELD(BodyInfo, flags) FIELD(BodyInfo, filterGroup)                         \
-    FIELD(BodyInfo, filterMask) FIELD(BodyInfo, uniqueId) FIELD(BodyInfo, unused)                           \
+    FIELD(BodyInfo, filterMask) FIELD(BodyInfo, uniqueId) FIELD(BodyInfo, parent)                           \
+    FIELD(BodyInfo, child) FIELD(BodyInfo, depth)                                                                  \
   SIZE(BodyActivation, 8)                                                                                   \
     FIELD(BodyActivation, state) FIELD(BodyActivation, deactivationTime)                                    \
   SIZE(BodyStep, 144)                                                                                       \

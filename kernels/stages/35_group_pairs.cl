@@ -71,8 +71,8 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
     const int lowType = AT(shapes, lowInfo.shapeIndex).type, highType = AT(shapes, highInfo.shapeIndex).type;
     const uint children = (lowInfo.flags | highInfo.flags) & BODY_CHILD;
     int lowIsA = lowInfo.uniqueId < highInfo.uniqueId;
-    // btCompoundCollisionAlgorithm hands its shapes on as the first of a pair.
-    if ((lowInfo.flags ^ highInfo.flags) & BODY_CHILD) lowIsA = (lowInfo.flags & BODY_CHILD) != 0;
+    // Bullet opens two compounds together, and a compound that is left alone becomes the first of the two.
+    if (lowInfo.depth != highInfo.depth) lowIsA = lowInfo.depth > highInfo.depth;
     if ((lowType == SHAPE_PLANE) != (highType == SHAPE_PLANE)) lowIsA = highType == SHAPE_PLANE;
     Pair pair;
     pair.bodyA = lowIsA ? low : high;

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "one_step.h"
 
+#include "gpu_engine/slots.h"
+
 namespace btgpu::tool {
 
 // Nothing ever leaves these worlds: object i is slot i of the device.
@@ -29,6 +31,7 @@ void OneStepComparison::afterStep(const btDynamicsWorld& gpuWorld, const WorldIn
   for (int i = 0; i < objects.size(); ++i) after.push_back(captureEnd(*objects[i]));
   m_check.compare({m_timeStep, m_before, m_jointsBefore, input, results, after, &m_cache, true, converged});
   m_cache.assign(results.manifolds.begin(), results.manifolds.begin() + static_cast<long>(results.counters.pairCount));
+  nameSlots(input.infos.values, results.matchedKeys, m_cache);
 }
 
 void OneStepComparison::addTo(Series& series) const {

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "../../gpu_engine/slots.h"
 #include "../../kernels/shared/shape.h"
 #include "../contacts.h"
 #include "../convert.h"
@@ -165,7 +166,7 @@ void OneStepCheck::startStep(const StepRecord& step) {
 
 void OneStepCheck::compare(const StepRecord& step) {
   startStep(step);
-  m_oracle.setState(step.before, step.cache ? *step.cache : std::vector<Manifold>());
+  m_oracle.setState(step.before, step.cache ? *step.cache : std::vector<Manifold>(), step.input.infos.values);
   m_oracle.setJoints(step.joints);
   m_oracle.findContacts(step.timeStep);
   if (step.cache) compareContacts();
@@ -198,40 +199,48 @@ double depthOf(const btPersistentManifold* m) {
   return m && m->getNumContacts() > 0 ? -double(deepestPoint(*m).getDistance()) : -1e300;
 }
 
-// Of one pair of bodies: of compounds there may be several, of which the deepest ones are compared.
+// Of two bodies' shapes. Shapes of nested compounds may share a number: then the deepest contacts are compared.
 struct PairContacts {
   const Manifold* ours = nullptr;
   const btPersistentManifold* stock = nullptr;
 };
+
+// In the order of the bodies' slots, whichever of the two comes first in a manifold.
+OracleWorld::ShapePair sorted(OracleWorld::ShapePair p) {
+  auto [a, childA, b, childB] = p;
+  return a < b ? p : OracleWorld::ShapePair{b, childB, a, childA};
+}
 
 }  // namespace
 
 // Pairs that Bullet's own narrowphase collides in both worlds have nothing to compare.
 void OneStepCheck::compareContacts() {
   const std::vector<Manifold>& ours = *m_contacts;
+  const std::vector<BodyInfo>& infos = m_step->input.infos.values;
   std::set<SlotPair> ofHost;
-  for (size_t i = 0; i < m_ofPairs; ++i) {
-    if (ours[i].bucket == BUCKET_HOST) ofHost.insert(pairOf(ours[i].bodyA, ours[i].bodyB));
-  }
-  std::map<SlotPair, PairContacts> pairs;
+  std::map<OracleWorld::ShapePair, PairContacts> pairs;
   for (size_t i = 0; i < m_ofPairs; ++i) {
     const Manifold& m = ours[i];
+    if (m.bucket == BUCKET_HOST) ofHost.insert(pairOf(m.bodyA, m.bodyB));
     if (!awake(m) || m.bucket == BUCKET_HOST || !m_oracle.object(m.bodyA) || !m_oracle.object(m.bodyB)) continue;
-    PairContacts& pair = pairs[pairOf(m.bodyA, m.bodyB)];
+    const ulong key = m_step->results.matchedKeys[i];
+    const uint low = static_cast<uint>(key >> 32), high = static_cast<uint>(key);
+    PairContacts& pair = pairs[sorted({ownerOf(infos, low), childOf(infos, low), ownerOf(infos, high), childOf(infos, high)})];
     if (!pair.ours || depthOf(m) > depthOf(*pair.ours)) pair.ours = &m;
   }
   btDispatcher& dispatcher = *m_oracle.getDispatcher();
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold* m = dispatcher.getManifoldByIndexInternal(i);
-    const SlotPair key = pairOf(m_oracle.slotOf(*m->getBody0()), m_oracle.slotOf(*m->getBody1()));
-    if (m->getNumContacts() == 0 || ofHost.count(key) > 0) continue;
-    PairContacts& pair = pairs[key];
+    if (m->getNumContacts() == 0) continue;
+    const OracleWorld::ShapePair shapes = sorted(m_oracle.shapesOf(*m));
+    if (ofHost.count(pairOf(std::get<0>(shapes), std::get<2>(shapes))) > 0) continue;
+    PairContacts& pair = pairs[shapes];
     if (depthOf(m) > depthOf(pair.stock)) pair.stock = m;
   }
-  for (const auto& [key, pair] : pairs) {
+  for (const auto& [shapes, pair] : pairs) {
     Manifold none{};
-    none.bodyA = key.first;
-    none.bodyB = key.second;
+    none.bodyA = std::get<0>(shapes);
+    none.bodyB = std::get<2>(shapes);
     if (pair.ours || awake(none)) comparePair(pair.ours ? *pair.ours : none, pair.stock);
   }
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "../../gpu_engine/slots.h"
 #include "../contacts.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -107,18 +108,58 @@ void OracleWorld::setForces() {
   applyGravity();
 }
 
-void OracleWorld::setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache) {
+void OracleWorld::setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache,
+                           const std::vector<BodyInfo>& infos) {
   restore(states);
   setForces();
   // The pairs have to be there before their manifolds can be filled.
   updateAabbs();
   computeOverlappingPairs();
-  // Of two compounds' shapes stock's algorithm keeps the manifolds, and finds their contacts anew.
-  std::vector<Manifold> known;
+  std::vector<Manifold> single, compound;
   for (const Manifold& m : cache) {
-    if (!hasCompound(m)) known.push_back(m);
+    const bool isChild = childOf(infos, m.bodyA) >= 0 || childOf(infos, m.bodyB) >= 0;
+    (isChild ? compound : single).push_back(m);
   }
-  replaceContacts(known, known.size());
+  const ShapeManifolds known = compound.empty() ? ShapeManifolds() : findShapeManifolds();
+  replaceContacts(single, single.size());
+  for (Manifold& m : compound) {
+    const int childA = childOf(infos, m.bodyA), childB = childOf(infos, m.bodyB);
+    m.bodyA = ownerOf(infos, m.bodyA);
+    m.bodyB = ownerOf(infos, m.bodyB);
+    const auto it = known.find({m.bodyA, childA, m.bodyB, childB});
+    if (it == known.end() || m.pointCount == 0) continue;
+    writeManifold(m, *it->second);
+    for (int k = 0; k < m.pointCount; ++k) {
+      it->second->getContactPoint(k).m_index0 = childA;
+      it->second->getContactPoint(k).m_index1 = childB;
+    }
+  }
+}
+
+// Stock's algorithms for compounds make a manifold for each two shapes, which only its points name: so they are let run.
+OracleWorld::ShapeManifolds OracleWorld::findShapeManifolds() {
+  releaseLoose();
+  performDiscreteCollisionDetection();
+  ShapeManifolds known;
+  for (int i = 0; i < getDispatcher()->getNumManifolds(); ++i) {
+    btPersistentManifold* m = getDispatcher()->getManifoldByIndexInternal(i);
+    if (m->getNumContacts() > 0) known.emplace(shapesOf(*m), m);
+  }
+  return known;
+}
+
+OracleWorld::ShapePair OracleWorld::shapesOf(const btPersistentManifold& m) const {
+  const auto childOn = [](const btCollisionObject& o, int index) {
+    return o.getCollisionShape()->isCompound() ? index : -1;
+  };
+  const btManifoldPoint& p = m.getContactPoint(0);
+  return {slotOf(*m.getBody0()), childOn(*m.getBody0(), p.m_index0), slotOf(*m.getBody1()),
+          childOn(*m.getBody1(), p.m_index1)};
+}
+
+void OracleWorld::releaseLoose() {
+  for (btPersistentManifold* loose : m_loose) getDispatcher()->releaseManifold(loose);
+  m_loose.clear();
 }
 
 bool OracleWorld::hasCompound(const Manifold& m) const {
@@ -137,8 +178,7 @@ void OracleWorld::findContacts(btScalar timeStep) {
 }
 
 void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs) {
-  for (btPersistentManifold* loose : m_loose) getDispatcher()->releaseManifold(loose);
-  m_loose.clear();
+  releaseLoose();
   m_replaced.assign(contacts.size(), nullptr);
   for (int i = 0; i < getDispatcher()->getNumManifolds(); ++i) {
     getDispatcher()->getManifoldByIndexInternal(i)->clearManifold();

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <map>
+#include <tuple>
 #include <vector>
 
 #include "../../gpu_engine/step_results.h"
@@ -69,7 +71,7 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
  public:
   OracleWorld() : OracleParts(*this), btDiscreteDynamicsWorld(&dispatcher, &broadphase, &solver, &configuration) {}
   ~OracleWorld() override {
-    for (btPersistentManifold* loose : m_loose) getDispatcher()->releaseManifold(loose);
+    releaseLoose();
   }
 
   // The object of each slot, all in the world; null for a free slot.
@@ -84,8 +86,10 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   // True for pairs that this world's narrowphase does not look at.
   virtual bool leavesOut(const btCollisionObject&, const btCollisionObject&) const { return false; }
 
-  // Sets all bodies to `states` and the contact cache to `cache` (StepResults::manifolds of the step before).
-  void setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache);
+  // Sets all bodies to `states` and the contact cache to `cache`: manifolds of the step before, of slots as
+  // Engine::readManifolds has them. `infos` tells which slots are shapes of compounds.
+  void setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache,
+                const std::vector<BodyInfo>& infos);
   // Stock's step up to the contacts.
   void findContacts(btScalar timeStep);
   // Makes `contacts` the dispatcher's contacts, so that the solver works on the very same ones as btgpu's. Those behind
@@ -94,6 +98,9 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   void replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs);
   // The manifold that holds contacts[i] of the last replaceContacts(); null if it has no points.
   const btPersistentManifold* replaced(size_t i) const { return m_replaced[i]; }
+  // The bodies of a manifold with points, each with the number of its compound's shape that they name, or -1.
+  using ShapePair = std::tuple<uint, int, uint, int>;
+  ShapePair shapesOf(const btPersistentManifold& manifold) const;
   // Turns the order of the dispatcher's manifolds round, and with it the order of the solver's rows.
   void reverseContacts();
   // Islands and solver, as in stock's step; `iterations` < 0: the world's own number.
@@ -117,7 +124,10 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   btDbvtBroadphase& pairFinder() { return broadphase; }
 
  private:
+  using ShapeManifolds = std::map<ShapePair, btPersistentManifold*>;
+  ShapeManifolds findShapeManifolds();
   bool hasCompound(const Manifold& m) const;
+  void releaseLoose();
 
   std::vector<btCollisionObject*> m_objects;
   std::vector<uint> m_slots;  // by the objects' position in the world
