@@ -407,6 +407,7 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
     record.info.flags |= BODY_HOST_CONTACTS;
     changes.hostShares.addShare(callback, "contacts by Bullet's own algorithm on the CPU");
   }
+  if (shapeType == SHAPE_COMPOUND) record.info.flags |= BODY_COMPOUND;
   const bool onHost = shapeType == SHAPE_HOST || (record.info.flags & BODY_HOST_CONTACTS);
   if (onHost != slot.onHost) changes.hostBodiesChanged = true;
   slot.onHost = onHost;

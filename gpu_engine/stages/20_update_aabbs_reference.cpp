@@ -103,7 +103,8 @@ UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<Bo
     }
     const bool updated = !skipped && inBounds;
     out.aabbs[i] = updated || !hasOld ? Aabb{toFloat4(box.lower), toFloat4(box.upper)} : oldAabbs[i];
-    if (shape.type == SHAPE_COMPOUND) out.aabbs[i] = noAabb();
+    const bool moves = !(infos[i].flags & (BODY_STATIC | BODY_KINEMATIC));
+    if (shape.type == SHAPE_COMPOUND && !moves) out.aabbs[i] = noAabb();
   }
   return out;
 }

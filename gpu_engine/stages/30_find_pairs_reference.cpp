@@ -17,6 +17,12 @@ bool overlap(const Aabb& a, const Aabb& b) {
 
 // btOverlappingPairCache::needsBroadphaseCollision without a callback.
 bool filtersMatch(const BodyInfo& a, const BodyInfo& b) {
+  const auto isChild = [](const BodyInfo& i) { return (i.flags & BODY_CHILD) != 0; };
+  const auto isWhole = [](const BodyInfo& i) { return (i.flags & BODY_COMPOUND) != 0; };
+  const auto moves = [](const BodyInfo& i) { return !(i.flags & (BODY_STATIC | BODY_KINEMATIC)); };
+  // Whole compounds meet bodies that move, themselves moving; their shapes meet all but each other and whole compounds.
+  if ((isWhole(a) || isWhole(b)) && (isChild(a) || isChild(b) || !moves(a) || !moves(b))) return false;
+  if (isChild(a) && isChild(b) && a.parent == b.parent) return false;
   return (a.filterGroup & b.filterMask) && (b.filterGroup & a.filterMask);
 }
 

@@ -270,6 +270,9 @@ Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   const bool persistent = pair.bucket != BUCKET_SPHERE_SPHERE;
   if (!persistent) m.pointCount = 0;
   m.unseen = 1;
+  // btCompoundCollisionAlgorithm::processCollision refreshes all its manifolds first, and so does each nested one.
+  const int depth = std::max(in.arrays.infos[pair.bodyA].depth, in.arrays.infos[pair.bodyB].depth);
+  for (int k = 0; persistent && k < depth; ++k) refresh(m, a, b, bFromA, ties);
   const RawContacts raw = reduce(in.contacts[i], ties);
   const bool steep = raw.count > 0 && !ties.isWithin(std::fabs(raw.normal.z), kHalfSqrt2, 1e-7);
   for (int k = 0; k < raw.count; ++k) addPoint(m, makePoint(raw, k, a, b, bFromA, shift, steep), bFromA, ties);

@@ -67,10 +67,13 @@ LIB int isCollidable(BodyInfo body) {
 // The body that a slot belongs to: that of the compound, where it holds one of a compound's shapes.
 LIB uint ownerOf(BodyInfo info, uint slot) { return info.flags & BODY_CHILD ? info.parent : slot; }
 
-// Bullet's broadphase filter; shapes of one compound don't meet. Two bodies that cannot move are let through as well when the filters say so:
+// Bullet's broadphase filter. Of compounds it is the shapes that meet others, but not each other. As a whole a compound
+// that moves meets only what else moves: in Bullet bodies whose AABBs overlap are of one island. Two bodies that cannot move are let through as well when the filters say so:
 // that is what stock does, and the narrowphase sorts them out.
 LIB int filtersMatch(BodyInfo a, BodyInfo b) {
+  const uint either = a.flags | b.flags;
   if ((a.flags & b.flags & BODY_CHILD) && a.parent == b.parent) return 0;
+  if ((either & BODY_COMPOUND) && (either & (BODY_CHILD | BODY_STATIC | BODY_KINEMATIC))) return 0;
   return (a.filterGroup & b.filterMask) != 0 && (b.filterGroup & a.filterMask) != 0;
 }
 

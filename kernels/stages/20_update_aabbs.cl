@@ -12,8 +12,8 @@ static Aabb grow(Aabb box, float by) {
 // World AABB of every body, grown by the contact threshold and, for moving bodies, merged with the AABB of the
 // predicted pose (btCollisionWorld::updateSingleAabb). A moving body too large or too fast to bound is disabled:
 // stateIn -> stateOut. What takes no part gets an AABB that overlaps nothing. Of inactive bodies the old AABB is
-// kept if the world says so. Shapes that only the host knows come with their AABB. A compound's own only tells whether
-// it is too large: its shapes have theirs.
+// kept if the world says so. Shapes that only the host knows come with their AABB. A compound's shapes have
+// their own; it itself needs one only where it moves.
 KERNEL updateAabbs(CHECKS uint bodyCount, __global const StepParams* params, __global const BodyInfo* infos,
                    __global const Shape* shapes, __global const BodyPose* poses, __global const BodyStep* steps,
                    __global const Aabb* hostAabbs, __global const BodyActivation* stateIn,
@@ -47,7 +47,7 @@ KERNEL updateAabbs(CHECKS uint bodyCount, __global const StepParams* params, __g
         }
       }
       if ((keep || tooLarge) && known) box = old;
-      if (shape.type == SHAPE_COMPOUND) box = emptyAabb();
+      if (shape.type == SHAPE_COMPOUND && isStaticOrKinematic(body.flags)) box = emptyAabb();
     }
     aabbs[i] = box;
     stateOut[i] = activation;

@@ -71,6 +71,7 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     const Pair pair = AT(pairs, i);
     BodyInfo infoA = AT(infos, pair.bodyA), infoB = AT(infos, pair.bodyB);
+    const int depth = max(infoA.depth, infoB.depth);
     const uint bodyA = ownerOf(infoA, pair.bodyA), bodyB = ownerOf(infoB, pair.bodyB);
     const uint children = (infoA.flags | infoB.flags) & BODY_CHILD;
     if (children) {
@@ -108,6 +109,10 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
         ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
         reduceContacts(&raw);
         // Candidates are relative to the shape that they were found for, points to its body.
+        // Bullet's algorithms for compounds refresh what they hold before they go on to the shapes, each of nested ones.
+        if (persistent) {
+          for (int k = 0; k < depth; ++k) refreshPoints(&m, ra, rb, bFromA);
+        }
         const float4 shift = children ? xyz(AT(poses, pair.bodyA).position - a.position) : vec3(0.0f, 0.0f, 0.0f);
         UNROLL
         for (int k = 0; k < MANIFOLD_POINTS; ++k) {

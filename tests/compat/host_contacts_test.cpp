@@ -52,19 +52,6 @@ struct Dropped {
 };
 void PrintTo(const Dropped& dropped, std::ostream* stream) { *stream << dropped.name; }
 
-btCollisionShape* table(Workshop& w) {
-  auto* parts = w.make<btCompoundShape>();
-  const btVector3 leg(s(0.1), s(0.4), s(0.1));
-  parts->addChildShape(btTransform(btQuaternion::getIdentity(), btVector3(0, s(0.5), 0)),
-                       w.make<btBoxShape>(btVector3(1, s(0.1), 1)));
-  for (int i = 0; i < 4; ++i) {
-    parts->addChildShape(
-        btTransform(btQuaternion::getIdentity(), btVector3(s(i & 1 ? 0.8 : -0.8), 0, s(i & 2 ? 0.8 : -0.8))),
-        w.make<btBoxShape>(leg));
-  }
-  return parts;
-}
-
 btTriangleMesh* tetrahedron(Workshop& w) {
   auto* mesh = w.make<btTriangleMesh>();
   const btVector3 p[] = {btVector3(s(-0.5), s(-0.4), s(-0.5)), btVector3(s(0.5), s(-0.4), s(-0.5)),
@@ -84,7 +71,6 @@ const Dropped kDropped[] = {
     {"Cylinder", "CylinderY", [](Workshop& w) { return w.make<btCylinderShape>(btVector3(s(0.5), s(0.4), s(0.5))); }},
     {"Cone", "Cone", [](Workshop& w) { return w.make<btConeShape>(s(0.6), 1); }},
     {"MultiSphere", "MultiSphere", dumbbell},
-    {"Compound", "Compound", table},
     {"ConvexMesh", "ConvexTrimesh", [](Workshop& w) { return w.make<btConvexTriangleMeshShape>(tetrahedron(w)); }},
     {"DerivedFromSphere", "SPHERE", [](Workshop& w) { return w.make<OwnSphere>(s(0.5)); }},
 };

@@ -106,6 +106,22 @@ int WorldBuilder::hull(const std::vector<float4>& points, float margin) {
   return addShape(shape);
 }
 
+int WorldBuilder::compound(float4 halfExtents) { return addShape(shapeOf(SHAPE_COMPOUND, 0.04f, halfExtents)); }
+
+uint WorldBuilder::addChild(uint body, int shapeIndex, const BodyPose& pose) {
+  const uint i = addSlot();
+  info(body).flags |= BODY_COMPOUND;
+  BodyInfo child = info(body);
+  child.shapeIndex = shapeIndex;
+  child.flags = (child.flags & ~(BODY_COMPOUND | BODY_INTEGRATED)) | BODY_CHILD;
+  child.parent = body;
+  child.depth = 1;
+  info(i) = child;
+  m_input.childPoses.values.resize(m_input.bodyCount, {{}, kNoTurn});
+  m_input.childPoses.values[i] = pose;
+  return i;
+}
+
 uint WorldBuilder::addSlot() {
   m_input.infos.values.push_back({});
   m_input.poses.values.push_back({{}, kNoTurn});
@@ -210,6 +226,8 @@ WorldInput WorldBuilder::finish() const {
   markAllChanged(in.dampings);
   markAllChanged(in.activations);
   markAllChanged(in.shapes);
+  if (!in.childPoses.values.empty()) in.childPoses.values.resize(in.bodyCount, {{}, kNoTurn});
+  markAllChanged(in.childPoses);
   in.born = in.infos.changed;
   return in;
 }

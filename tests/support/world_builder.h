@@ -47,6 +47,9 @@ class WorldBuilder {
   uint addKinematic(int shapeIndex, float4 position, float4 orientation = kNoTurn);
   // A plain static btCollisionObject: no BODY_RIGID, active.
   uint addObject(int shapeIndex, float4 position, float4 orientation = kNoTurn);
+  // One more shape of a body: from then on its own shape is a compound, as large as `halfExtents`. Returns the slot.
+  uint addChild(uint body, int shapeIndex, const BodyPose& pose);
+  int compound(float4 halfExtents);
   // A slot without a body.
   uint addFree();
   void addRandom(std::mt19937& random, const RandomWorld& what);

@@ -100,7 +100,7 @@ class OwnSphere : public btSphereShape {
 TEST(Shapes, WhatTheDeviceLacksGoesToTheHostByName) {
   FourBodies w;
   auto* compound = w.shape<btCompoundShape>();
-  compound->addChildShape(btTransform::getIdentity(), w.box);
+  compound->addChildShape(btTransform::getIdentity(), w.shape<OwnSphere>(s(1)));
   auto* cone = w.shape<btConeShape>(s(1), s(1));
   auto* own = w.shape<OwnSphere>(s(1));
   w.bodies[0]->setCollisionShape(compound);
