@@ -120,14 +120,20 @@ void OracleWorld::setState(const std::vector<BodyState>& states, const std::vect
     const bool isChild = childOf(infos, m.bodyA) >= 0 || childOf(infos, m.bodyB) >= 0;
     (isChild ? compound : single).push_back(m);
   }
+  m_notFilled.clear();
   const ShapeManifolds known = compound.empty() ? ShapeManifolds() : findShapeManifolds();
   replaceContacts(single, single.size());
   for (Manifold& m : compound) {
     const int childA = childOf(infos, m.bodyA), childB = childOf(infos, m.bodyB);
     m.bodyA = ownerOf(infos, m.bodyA);
     m.bodyB = ownerOf(infos, m.bodyB);
-    const auto it = known.find({m.bodyA, childA, m.bodyB, childB});
-    if (it == known.end() || m.pointCount == 0) continue;
+    if (m.pointCount == 0) continue;
+    const ShapePair shapes{m.bodyA, childA, m.bodyB, childB};
+    const auto it = known.find(shapes);
+    if (it == known.end()) {
+      m_notFilled.insert(shapes);
+      continue;
+    }
     writeManifold(m, *it->second);
     for (int k = 0; k < m.pointCount; ++k) {
       it->second->getContactPoint(k).m_index0 = childA;

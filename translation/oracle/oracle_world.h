@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <tuple>
 #include <vector>
 
@@ -101,6 +102,9 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   // The bodies of a manifold with points, each with the number of its compound's shape that they name, or -1.
   using ShapePair = std::tuple<uint, int, uint, int>;
   ShapePair shapesOf(const btPersistentManifold& manifold) const;
+  // Of the last setState: two shapes of compounds whose cache could not be filled, since stock finds no new contact of
+  // theirs. Whether they keep the old one can't be told.
+  bool isFilled(const ShapePair& shapes) const { return m_notFilled.count(shapes) == 0; }
   // Turns the order of the dispatcher's manifolds round, and with it the order of the solver's rows.
   void reverseContacts();
   // Islands and solver, as in stock's step; `iterations` < 0: the world's own number.
@@ -129,6 +133,7 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   bool hasCompound(const Manifold& m) const;
   void releaseLoose();
 
+  std::set<ShapePair> m_notFilled;
   std::vector<btCollisionObject*> m_objects;
   std::vector<uint> m_slots;  // by the objects' position in the world
   std::vector<btPersistentManifold*> m_loose, m_replaced;
