@@ -11,37 +11,22 @@ namespace {
 
 std::vector<std::unique_ptr<HostStage>> allStages() {
   std::vector<std::unique_ptr<HostStage>> stages;
-  for (auto* make : {hostApplyForces,
-                     hostPlaceChildren,
-                     hostUpdateAabbs,
-                     hostFindPairs,
-                     hostGroupPairs,
-                     hostCollidePrimitives,
-                     hostFindSeparatingAxis,
-                     hostClipFaces,
-                     hostFindClosestFeatures,
-                     hostClipConvexFaces,
-                     hostReduceAndMatchContacts,
-                     hostAppendHostContacts,
-                     hostPrepareJoints,
-                     hostBuildIslands,
-                     hostColourConstraints,
-                     hostSplitBodies,
-                     hostBatchConstraints,
-                     hostPrepareContacts,
-                     hostSplitMasses,
-                     hostSolveVelocities,
-                     hostSolveSplits,
-                     hostSolveBatches,
-                     hostPrepareSoftContacts,
-                     hostSolveSubsteps,
-                     hostIntegratePoses,
-                     hostUpdateActivation,
-                     hostGatherContacts,
-                     hostFindPairsGrid,
-                     hostFindPairsSweep,
-                     hostFindPairsIncremental,
-                     hostFindPairsBruteForce}) {
+  for (auto* make : {hostApplyForces,        hostPlaceChildren,      hostUpdateAabbs,
+                     hostFindPairs,          hostGroupPairs,
+                     hostCollidePrimitives,  hostFindSeparatingAxis,
+                     hostClipFaces,          hostFindClosestFeatures,
+                     hostClipConvexFaces,    hostReduceAndMatchContacts,
+                     hostAppendHostContacts, hostPrepareJoints,
+                     hostBuildIslands,       hostColourConstraints,
+                     hostSplitBodies,        hostBatchConstraints,
+                     hostPrepareContacts,    hostSplitMasses,
+                     hostSolveVelocities,    hostSolveSplits,
+                     hostSolveBatches,       hostPrepareSoftContacts,
+                     hostSolveSubsteps,      hostIntegratePoses,
+                     hostUpdateActivation,   hostGatherContacts}) {
+    stages.push_back(make());
+  }
+  for (auto* make : {hostFindPairsGrid, hostFindPairsSweep, hostFindPairsIncremental, hostFindPairsBruteForce}) {
     stages.push_back(make());
   }
   return stages;

@@ -32,58 +32,23 @@ static inline void tilePairs(CHECKS PairAppender* to, uint bodyCount, uint row, 
 
 #else
 
-#define TILE GROUP_SIZE
-#define LOCAL_PAIRS 1024u                    // room of a group's append buffer
+#define TILE ((uint)GROUP_SIZE)
+#define LOCAL_PAIRS 2048u                    // room of a group's append buffer
 #define AT_ONCE (LOCAL_PAIRS / (2 * TILE))   // bodies met between two looks at it: at most half of it
 
-// The append buffer of a group, in local memory.
-typedef struct LocalPairs {
-  uint count, first;
-  ulong keys[LOCAL_PAIRS];
-} LocalPairs;
-
-// By all lanes; between barriers.
-static inline void flushLocal(__local LocalPairs* pairs, uint capacity, volatile __global uint* listed,
-                              __global ulong* list) {
-  const uint count = pairs->count;
-  if (get_local_id(0) == 0) pairs->first = atomic_add(listed, count);
+// By all lanes. Empties a group's append buffer if it holds more than `most`; no barrier depends on that. Always inline:
+// PoCL 3 loses track of local variables whose address is the same constant in every call of a function.
+static inline __attribute__((always_inline)) void flushLocal(__local ulong* found, __local uint* foundCount, __local uint* first, uint most,
+                              uint capacity, volatile __global uint* listed, __global ulong* list) {
+  const uint lane = get_local_id(0);
   barrier(CLK_LOCAL_MEM_FENCE);
-  const uint first = pairs->first;
-  for (uint k = get_local_id(0); k < count; k += GROUP_SIZE) {
-    if (first < capacity && k < capacity - first) list[first + k] = pairs->keys[k];
-  }
+  const uint count = *foundCount > most ? *foundCount : 0;
+  if (lane == 0 && count > 0) *first = atomic_add(listed, count);
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) == 0) pairs->count = 0;
+  if (lane == 0 && count > 0) *foundCount = 0;
+  const uint begin = *first, room = begin < capacity ? min(count, capacity - begin) : 0;
+  for (uint k = lane; k < room; k += GROUP_SIZE) list[begin + k] = found[k];
   barrier(CLK_LOCAL_MEM_FENCE);
-}
-
-static inline void tilePairs(CHECKS uint bodyCount, uint row, uint column, __global const BodyInfo* infos,
-                             __global const Aabb* aabbs, __local Aabb* tile, __local LocalPairs* pairs,
-                             uint capacity, volatile __global uint* listed, __global ulong* list) {
-  const uint lane = get_local_id(0), i = row * TILE + lane, j = column * TILE + lane;
-  BodyInfo info;
-  Aabb box = emptyAabb();
-  int takesPart = 0;
-  if (i < bodyCount) {
-    info = infos[i];
-    box = aabbs[i];
-    takesPart = isCollidable(info);
-  }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (j < bodyCount) tile[lane] = aabbs[j];
-  barrier(CLK_LOCAL_MEM_FENCE);
-  const uint there = min(TILE, bodyCount - column * TILE);
-  for (uint begin = 0; begin < there; begin += AT_ONCE) {
-    for (uint k = begin; takesPart && k < min(there, begin + AT_ONCE); ++k) {
-      const uint other = column * TILE + k;
-      if ((row == column && other <= i) || !overlapAabb(box, tile[k])) continue;
-      if (mayMeet(WITH_CHECKS i, info, other, infos)) pairs->keys[atomic_inc(&pairs->count)] = pairKeyOf(i, other);
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    const uint full = pairs->count > LOCAL_PAIRS / 2;
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (full) flushLocal(pairs, capacity, listed, list);
-  }
 }
 
 #endif
@@ -115,19 +80,35 @@ KERNEL brutePairs(CHECKS uint bodyCount, uint pairCapacity, __global const BodyI
 
 #else
 
+// A lane holds a body of the one tile, local memory those of the other.
 KERNEL brutePairs(CHECKS uint bodyCount, uint pairCapacity, __global const BodyInfo* infos, __global const Aabb* boxes,
                   __global const uint* order, volatile __global uint* listed, __global ulong* list) {
-  __local Aabb tile[TILE];
-  __local LocalPairs pairs;
-  if (get_local_id(0) == 0) pairs.count = 0;
+  __local Aabb tile[GROUP_SIZE];
+  __local ulong found[LOCAL_PAIRS];
+  __local uint foundCount, first;
+  const uint lane = get_local_id(0);
+  if (lane == 0) foundCount = first = 0;
   const uint tiles = (bodyCount + TILE - 1) / TILE, units = tiles * (tiles / 2 + 1);
   for (uint u = get_group_id(0); u < units; u += get_num_groups(0)) {
     uint row, column;
-    if (!tilesOf(u, tiles, &row, &column)) continue;
-    tilePairs(WITH_CHECKS bodyCount, row, column, infos, boxes, tile, &pairs, pairCapacity, listed, list);
+    const uint there = tilesOf(u, tiles, &row, &column) ? min(TILE, bodyCount - column * TILE) : 0;
+    const uint i = row * TILE + lane, j = column * TILE + lane, self = min(i, bodyCount - 1);
+    const BodyInfo info = AT(infos, self);
+    const Aabb box = AT(boxes, self);
+    const int takesPart = i < bodyCount && isCollidable(info);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (lane < there) tile[lane] = AT(boxes, j);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (uint begin = 0; begin < there; begin += AT_ONCE) {
+      for (uint k = begin; takesPart && k < min(there, begin + AT_ONCE); ++k) {
+        const uint other = column * TILE + k;
+        if ((row == column && other <= i) || !overlapAabb(box, tile[k])) continue;
+        if (mayMeet(WITH_CHECKS i, info, other, infos)) found[atomic_inc(&foundCount)] = pairKeyOf(i, other);
+      }
+      flushLocal(found, &foundCount, &first, LOCAL_PAIRS / 2, pairCapacity, listed, list);
+    }
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  flushLocal(&pairs, pairCapacity, listed, list);
+  flushLocal(found, &foundCount, &first, 0, pairCapacity, listed, list);
 }
 
 #endif

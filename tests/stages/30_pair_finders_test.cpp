@@ -22,6 +22,10 @@ float4 cube(float halfExtent) { return AabbWorld::cube(halfExtent); }
 
 class PairFindersTest : public DeviceTest {
  protected:
+  // Kept open from case to case, with its programs.
+  static void SetUpTestSuite() { s_device = ComputeDevice::open("", ComputeDevice::debugKernelsWanted()); }
+  static void TearDownTestSuite() { s_device.reset(); }
+
   FoundPairs find(const AabbWorld& w, size_t capacity, uint overflowBefore = 0) {
     return findPairs(
         queue(), w, capacity, [this](Queue& q, DeviceWorld& world) { m_finders.enqueue(q, world, m_finder); },
@@ -39,6 +43,17 @@ class PairFindersTest : public DeviceTest {
 
   // One of each for all worlds of a case: what it remembers of the world before must not show.
   PairFinders m_finders{device()};
+  PairFinder m_finder = PairFinder::Bvh;
+
+ private:
+  static std::shared_ptr<ComputeDevice> s_device;
+};
+
+std::shared_ptr<ComputeDevice> PairFindersTest::s_device;
+
+class EachPairFinder : public PairFindersTest, public ::testing::WithParamInterface<PairFinder> {
+ protected:
+  EachPairFinder() { m_finder = GetParam(); }
 };
 
 std::string nameOf(const ::testing::TestParamInfo<PairFinder>& finder) {
@@ -114,7 +129,7 @@ TEST_P(EachPairFinder, FarFromTheOrigin) {
   std::mt19937 random(21);
   AabbWorld w;  // a few floats wide, so that all is rounded
   for (uint i = 0; i < 300; ++i) w.add(uniform3(random, 1e7f, 1e7f + 40), cube(1));
-  EXPECT_GT(expectAsReference(w), 100u);
+  EXPECT_GT(expectAsReference(w), 50u);
 }
 
 TEST_P(EachPairFinder, AllInOneCell) {
@@ -211,6 +226,22 @@ TEST_P(EachPairFinder, WhatTakesNoPartIsNeverPaired) {
   EXPECT_EQ(expectAsReference(w), 0u);
 }
 
+// Shapes of one compound don't meet, in whatever slots they are.
+TEST_P(EachPairFinder, ShapesOfCompounds) {
+  std::mt19937 random(24);
+  AabbWorld w;
+  for (uint i = 0; i < 300; ++i) {
+    BodyInfo& info = w.world.info(w.add(uniform3(random, -3, 3), cube(0.7f)));
+    if (random() % 4 == 0) continue;
+    info.flags |= BODY_CHILD;
+    info.parent = random() % 20;
+  }
+  const size_t before = expectAsReference(w);
+  EXPECT_GT(before, 300u);
+  for (uint i = 0; i < 300; i += 2) w.world.info(i).parent = 7;  // nothing moves
+  EXPECT_LT(expectAsReference(w), before);
+}
+
 // What has no AABB yet, lower beyond upper, still overlaps what reaches beyond both.
 TEST_P(EachPairFinder, EmptyBoxes) {
   std::mt19937 random(23);
@@ -267,9 +298,12 @@ void disturb(std::mt19937& random, AabbWorld& w, uint body, float extent) {
   }
 }
 
+// What leaves the scene comes back at its middle.
 void move(std::mt19937& random, AabbWorld& w, float speed) {
   for (uint i = 1; i < w.count(); ++i) {
     if (w.info(i).flags == 0 || random() % 4 == 0) continue;
+    const float4 at = w.aabbs[i].lower;
+    if (std::max({std::fabs(at.x), std::fabs(at.y), std::fabs(at.z)}) > 7) w.aabbs[i] = {{}, cube(0.7f)};
     const float4 by = uniform3(random, -speed, speed), grow = uniform3(random, -0.1f * speed, 0.1f * speed);
     w.aabbs[i] = {w.aabbs[i].lower + by - grow, w.aabbs[i].upper + by + grow};
   }
@@ -281,7 +315,7 @@ TEST_P(EachPairFinder, BodiesComeGoAndMove) {
     AabbWorld w = randomAabbs(random, 250);
     for (int step = 0; step < 40; ++step) {
       SCOPED_TRACE(testing::Message() << "speed " << speed << ", step " << step);
-      EXPECT_GT(expectAsReference(w), 100u);
+      EXPECT_GT(expectAsReference(w), 50u);
       move(random, w, speed);
       for (int k = 0; k < 5; ++k) disturb(random, w, 1 + random() % (w.count() - 1), 5);
       if (step % 10 == 3) w.add(uniform3(random, -5, 5), cube(1));
@@ -307,7 +341,7 @@ TEST_P(EachPairFinder, StepsOnALattice) {
         (&w.aabbs[i].upper.x)[axis] = lower + float(random() % 4) - float(random() % 20 == 0);  // some are empty
       }
     }
-    EXPECT_GT(expectAsReference(w), 500u);
+    EXPECT_GT(expectAsReference(w), 300u);
     if (::testing::Test::HasFailure()) return;
   }
 }
