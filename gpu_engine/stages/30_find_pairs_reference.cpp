@@ -15,8 +15,9 @@ bool overlap(const Aabb& a, const Aabb& b) {
          a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
 }
 
-// btOverlappingPairCache::needsBroadphaseCollision without a callback.
+// btOverlappingPairCache::needsBroadphaseCollision without a callback; shapes of one compound don't meet.
 bool filtersMatch(const BodyInfo& a, const BodyInfo& b) {
+  if ((a.flags & BODY_CHILD) && (b.flags & BODY_CHILD) && a.parent == b.parent) return false;
   return (a.filterGroup & b.filterMask) && (b.filterGroup & a.filterMask);
 }
 
