@@ -18,6 +18,7 @@
 #include "../translation/write_back_bodies.h"
 #include "../translation/write_back_joints.h"
 #include "engine_loader.h"
+#include "pair_finder_choice.h"
 #include "solver_choice.h"
 #include "world_state.h"
 
@@ -435,6 +436,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   }
   btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
   btgpu::chooseSolver(state->settings, settings);
+  settings.pairFinder = btgpu::pairFinderOf(state->settings);
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;

@@ -100,6 +100,15 @@ enum class btGpuBatchLaunches {
   Batch,  ///< one batch of each of them
 };
 
+/// How pairs with overlapping AABBs are found. All find the same ones, in the same order.
+enum class btGpuPairFinder {
+  Bvh,               ///< a tree over a Morton curve; good at everything
+  Grid,              ///< a uniform grid, large bodies apart; for bodies of about the same size
+  Sweep,             ///< a sweep along the axis of largest variance; for bodies in a row
+  IncrementalSweep,  ///< three axes, from the pairs of the step before; for bodies that hardly move
+  BruteForce,        ///< each body with every other; for tests
+};
+
 struct btGpuSettings {
   /// OpenCL device: an index as `btgpu info` lists them, "gpu", "cpu" or a part of the name. Empty: the
   /// environment variable BTGPU_DEVICE, else the first GPU, else the first CPU device.
@@ -116,6 +125,9 @@ struct btGpuSettings {
   /// "space,batch"), else Index and Phase, which were faster.
   std::optional<btGpuGroupSplit> m_groupSplit;
   std::optional<btGpuBatchLaunches> m_batchLaunches;
+  /// Unset: as the environment variable BTGPU_PAIR_FINDER says (bvh, grid, sweep, incremental or brute_force), else
+  /// Bvh.
+  std::optional<btGpuPairFinder> m_pairFinder;
   /// Of btGpuSolver::Fast: substeps that each step is solved in, 1 to 64. More make joints and piles stiffer, and cost
   /// time in proportion.
   int m_fastSubsteps = 4;

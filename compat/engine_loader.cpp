@@ -18,6 +18,7 @@ struct Plugin {
   EngineFactory createEngine = nullptr;
   DeviceLister listDevices = nullptr;
   Replayer replay = nullptr;
+  PairSearchFactory createPairSearch = nullptr;
   std::string error;  // why it could not be opened
 };
 
@@ -62,7 +63,10 @@ Plugin loadPlugin() {
   plugin.createEngine = reinterpret_cast<EngineFactory>(dlsym(handle, kEngineEntryPoint));
   plugin.listDevices = reinterpret_cast<DeviceLister>(dlsym(handle, kListDevicesEntryPoint));
   plugin.replay = reinterpret_cast<Replayer>(dlsym(handle, kReplayEntryPoint));
-  if (!plugin.createEngine || !plugin.listDevices || !plugin.replay) plugin.error = kOtherVersion;
+  plugin.createPairSearch = reinterpret_cast<PairSearchFactory>(dlsym(handle, kPairSearchEntryPoint));
+  if (!plugin.createEngine || !plugin.listDevices || !plugin.replay || !plugin.createPairSearch) {
+    plugin.error = kOtherVersion;
+  }
   return plugin;
 }
 
@@ -115,6 +119,17 @@ Status replayCapture(const std::string& file, const ReplayOptions& options, Repl
   const Status status = p.replay(kEngineAbi, &file, &options, &report, &error);
   if (status == Status::WrongAbi) error = kOtherVersion;
   return status;
+}
+
+std::unique_ptr<PairSearch> createPairSearch(const std::string& device, PairFinder finder, std::string& error) {
+  const Plugin& p = plugin();
+  if (!p.error.empty()) {
+    error = p.error;
+    return nullptr;
+  }
+  PairSearch* search = nullptr;
+  if (p.createPairSearch(kEngineAbi, &device, finder, &search, &error) == Status::WrongAbi) error = kOtherVersion;
+  return std::unique_ptr<PairSearch>(search);
 }
 
 }  // namespace btgpu

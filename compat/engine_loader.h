@@ -21,4 +21,7 @@ bool listDevices(std::vector<EngineInfo>& devices, std::string& error);
 // Runs a captured stage again; what is not Ok says why in one line.
 Status replayCapture(const std::string& file, const ReplayOptions& options, ReplayReport& report, std::string& error);
 
+// Stage 30 by itself; on failure null and one line.
+std::unique_ptr<PairSearch> createPairSearch(const std::string& device, PairFinder finder, std::string& error);
+
 }  // namespace btgpu

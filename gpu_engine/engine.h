@@ -15,11 +15,12 @@
 namespace btgpu {
 
 // Changes whenever anything in this header or in the headers it includes changes its layout.
-inline constexpr int kEngineAbi = 14;
+inline constexpr int kEngineAbi = 15;
 // Name of the factory in the plugin: EngineFactory.
 inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
 inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
 inline constexpr const char* kReplayEntryPoint = "btgpuReplay";
+inline constexpr const char* kPairSearchEntryPoint = "btgpuCreatePairSearch";
 
 enum class Status {
   Ok,
@@ -110,5 +111,25 @@ struct ReplayOptions {
 // Runs the capture in `file`. What is not Ok says why in one line.
 using Replayer = Status (*)(int abi, const std::string* file, const ReplayOptions* options, ReplayReport* report,
                             std::string* error);
+
+// Stage 30 by itself (`btgpu bench --scene pairs`).
+struct PairSearchTimes {
+  double milliseconds = 0;  // on the host's clock, from the first launch to the end of the last
+  unsigned pairCount = 0;
+  bool repeated = false;  // there was too little room at first; only the last time counts
+};
+class PairSearch {
+ public:
+  virtual ~PairSearch() = default;
+  // As many of both: flags and filters, and AABBs.
+  virtual Status setBodies(const std::vector<BodyInfo>& infos, const std::vector<Aabb>& aabbs) noexcept = 0;
+  virtual Status find(PairSearchTimes& times) noexcept = 0;
+  // Of the last find().
+  virtual Status readKeys(std::vector<ulong>& keys) noexcept = 0;
+  virtual std::string lastError() const noexcept = 0;
+};
+// device: as in EngineSettings. What is not Ok says why in one line.
+using PairSearchFactory = Status (*)(int abi, const std::string* device, PairFinder finder, PairSearch** search,
+                                     std::string* error);
 
 }  // namespace btgpu

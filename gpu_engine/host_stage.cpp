@@ -26,6 +26,9 @@ std::vector<std::unique_ptr<HostStage>> allStages() {
                      hostUpdateActivation,   hostGatherContacts}) {
     stages.push_back(make());
   }
+  for (auto* make : {hostFindPairsGrid, hostFindPairsSweep, hostFindPairsIncremental, hostFindPairsBruteForce}) {
+    stages.push_back(make());
+  }
   return stages;
 }
 

@@ -66,7 +66,7 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   stage("10_apply_forces", m_applyForces);
   if (!world.childPoses.empty()) stage("15_place_children", m_placeChildren);
   stage("20_update_aabbs", m_updateAabbs);
-  stage("30_find_pairs", m_findPairs);
+  stage(PairFinders::stageOf(settings.pairFinder), m_findPairs, settings.pairFinder);
   stage("35_group_pairs", m_groupPairs);
   stage("42_collide_primitives", m_collidePrimitives, traits.shapeTypes);
   if (boxes) stage("44_find_separating_axis", m_findSeparatingAxis);

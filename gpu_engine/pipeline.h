@@ -10,7 +10,7 @@
 #include "stages/10_apply_forces.h"
 #include "stages/15_place_children.h"
 #include "stages/20_update_aabbs.h"
-#include "stages/30_find_pairs.h"
+#include "stages/30_pair_finders.h"
 #include "stages/35_group_pairs.h"
 #include "stages/42_collide_primitives.h"
 #include "stages/44_find_closest_features.h"
@@ -70,6 +70,8 @@ class Pipeline {
  public:
   Pipeline(ComputeDevice& device, HostStages& hostStages);
   void enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings& settings, const WorldTraits& traits);
+  // What is left of earlier steps on the device may be lost.
+  void forget() { m_findPairs.forget(); }
   // Before a step that is launched on top of one whose outcome the host does not know yet, in place of new counters.
   void enqueueFollow(Queue& queue, DeviceWorld& world) { m_followSubstep.enqueue(queue, world); }  // 05
   // After a step: brings the contacts, and once the queue is finished, shows them.
@@ -88,7 +90,7 @@ class Pipeline {
   ApplyForces m_applyForces;
   PlaceChildren m_placeChildren;
   UpdateAabbs m_updateAabbs;
-  FindPairs m_findPairs;
+  PairFinders m_findPairs;
   GroupPairs m_groupPairs;
   CollidePrimitives m_collidePrimitives;
   FindSeparatingAxis m_findSeparatingAxis;

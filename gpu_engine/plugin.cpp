@@ -7,6 +7,7 @@
 
 #include "debug/replay.h"
 #include "opencl/error.h"
+#include "pair_search.h"
 #include "world_engine.h"
 
 namespace btgpu {
@@ -96,6 +97,26 @@ class PluginEngine final : public Engine {
   std::string m_error;
 };
 
+class PluginPairSearch final : public PairSearch {
+ public:
+  PluginPairSearch(const std::string& device, PairFinder finder) : m_search(device, finder) {}
+
+  Status setBodies(const std::vector<BodyInfo>& infos, const std::vector<Aabb>& aabbs) noexcept override {
+    return guarded(m_error, [&] { m_search.setBodies(infos, aabbs); });
+  }
+  Status find(PairSearchTimes& times) noexcept override {
+    return guarded(m_error, [&] { times = m_search.find(); });
+  }
+  Status readKeys(std::vector<ulong>& keys) noexcept override {
+    return guarded(m_error, [&] { m_search.readKeys(keys); });
+  }
+  std::string lastError() const noexcept override { return m_error; }
+
+ private:
+  DevicePairSearch m_search;
+  std::string m_error;
+};
+
 }  // namespace
 }  // namespace btgpu
 
@@ -131,4 +152,11 @@ BTGPU_EXPORT btgpu::Status btgpuReplay(int abi, const std::string* file, const b
   if (abi != btgpu::kEngineAbi) return btgpu::Status::WrongAbi;
   return btgpu::guarded(
       *error, [&] { *report = options->onHost ? btgpu::replayOnHost(*file) : btgpu::replayFile(*file, *options); });
+}
+
+BTGPU_EXPORT btgpu::Status btgpuCreatePairSearch(int abi, const std::string* device, btgpu::PairFinder finder,
+                                                 btgpu::PairSearch** search, std::string* error) {
+  *search = nullptr;
+  if (abi != btgpu::kEngineAbi) return btgpu::Status::WrongAbi;
+  return btgpu::guarded(*error, [&] { *search = new btgpu::PluginPairSearch(*device, finder); });
 }

@@ -22,6 +22,9 @@ enum class Solver : int {
 enum class GroupSplit : int { Space, Index };
 enum class BatchLaunches : int { Phase, Batch };
 
+// How overlapping AABBs are found (btGpuSettings::m_pairFinder). All find the same pairs.
+enum class PairFinder : int { Bvh, Grid, Sweep, IncrementalSweep, BruteForce };
+
 struct StepSettings {
   float timeStep = 1.0f / 60.0f;
   int iterations = 10;
@@ -44,6 +47,7 @@ struct StepSettings {
   bool hostActivation = false;  // the host advances the sleep timers after the step (a world with actions)
   bool contacts = false;        // StepResults::contactKeys and ::contacts are wanted
   bool allContacts = false;     // ... with those that did not change since the last step
+  PairFinder pairFinder = PairFinder::Bvh;
   Solver solver = Solver::Parity;
   GroupSplit groupSplit = GroupSplit::Index;
   BatchLaunches batchLaunches = BatchLaunches::Phase;
@@ -67,14 +71,14 @@ struct StepSettings {
 };
 
 inline bool operator==(const StepSettings& a, const StepSettings& b) {
-  static_assert(sizeof(StepSettings) == 116, "a new setting has to be compared below");
+  static_assert(sizeof(StepSettings) == 120, "a new setting has to be compared below");
   const auto all = [](const StepSettings& s) {
     return std::tie(s.timeStep, s.iterations, s.erp2, s.globalCfm, s.sor, s.splitImpulse,
                     s.splitImpulsePenetrationThreshold, s.splitImpulseTurnErp, s.linearSlop, s.warmStartingFactor,
                     s.restitutionVelocityThreshold, s.maxGyroscopicForce, s.warmStarting, s.twoFrictionDirections,
                     s.frictionDirectionCaching, s.velocityDependentFriction, s.interleaveContactAndFriction,
                     s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
-                    s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts,
+                    s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts, s.pairFinder,
                     s.solver, s.groupSplit, s.batchLaunches, s.substeps, s.contactHertz, s.contactDampingRatio,
                     s.pushSpeed, s.jointHertz, s.jointDampingRatio, s.substepsToFollow);
   };

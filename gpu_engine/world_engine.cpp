@@ -65,6 +65,7 @@ WorldEngine::~WorldEngine() {
 void WorldEngine::reset() {
   m_queue.finish();
   m_world = std::make_unique<DeviceWorld>();
+  m_pipeline.forget();
   m_ahead = Ahead::None;
   m_contactsUnseen = false;
 }

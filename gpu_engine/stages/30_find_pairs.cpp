@@ -42,7 +42,7 @@ FindPairs::FindPairs(ComputeDevice& device)
       m_bvhHigh(device, kFile, "bvhHigh"),
       m_countPairs(device, kFile, "countPairs"),
       m_emitPairs(device, kFile, "emitPairs"),
-      m_sortPairs(device, kFile, "sortPairs"),
+      m_sortPairs(device, "stages/30_sort_pairs.cl", "sortPairs"),
       m_sort(device),
       m_scan(device) {}
 

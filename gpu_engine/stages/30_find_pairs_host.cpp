@@ -6,9 +6,10 @@
 namespace btgpu {
 namespace {
 
+// Of all pair finders: they leave the same.
 class HostFindPairs : public HostStage {
  public:
-  HostFindPairs() : HostStage("30_find_pairs") {}
+  explicit HostFindPairs(const char* finder) : HostStage(finder) {}
 
   void compute(StageIo& io) override {
     m_keys = findPairsReference(io.readBodies(io.world.infos), io.readBodies(io.world.aabbs));
@@ -45,6 +46,14 @@ class HostFindPairs : public HostStage {
 
 }  // namespace
 
-std::unique_ptr<HostStage> hostFindPairs() { return std::make_unique<HostFindPairs>(); }
+std::unique_ptr<HostStage> hostFindPairs() { return std::make_unique<HostFindPairs>("30_find_pairs"); }
+std::unique_ptr<HostStage> hostFindPairsGrid() { return std::make_unique<HostFindPairs>("30_find_pairs_grid"); }
+std::unique_ptr<HostStage> hostFindPairsSweep() { return std::make_unique<HostFindPairs>("30_find_pairs_sweep"); }
+std::unique_ptr<HostStage> hostFindPairsIncremental() {
+  return std::make_unique<HostFindPairs>("30_find_pairs_incremental");
+}
+std::unique_ptr<HostStage> hostFindPairsBruteForce() {
+  return std::make_unique<HostFindPairs>("30_find_pairs_brute_force");
+}
 
 }  // namespace btgpu

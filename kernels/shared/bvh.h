@@ -19,5 +19,8 @@ STRUCT(BvhLevels) {
   uint unused[7];
 };
 
+// AABBs that an array of them in blocks has room for (lib/box_blocks.h).
+LIB uint boxesInBlocks(uint count) { return (count + BVH_ARITY - 1u) / BVH_ARITY * BVH_ARITY; }
+
 BTGPU_END
 #endif

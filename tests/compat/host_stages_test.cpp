@@ -133,9 +133,7 @@ TEST(HostStages, VariantsAgreeAndAreTheSameTwice) {
     const std::uint64_t hash = plain.run().hash();
     EXPECT_EQ(again.run().hash(), hash);
     // So small a world is one group by index, whose batches are the colours of parity mode.
-    if (variant.split != btGpuGroupSplit::Index) {
-      EXPECT_NE(hash, parity) << "another solver";
-    }
+    if (variant.split != btGpuGroupSplit::Index) { EXPECT_NE(hash, parity) << "another solver"; }
     settings.m_checkStages = true;
     Heap checked(settings);
     EXPECT_EQ(checked.run().hash(), hash);
@@ -173,6 +171,53 @@ TEST(HostStages, VariantsOnTheHost) {
     EXPECT_NEAR(heap.height(), plain.height(), 1e-3);
     EXPECT_EQ(heap.statistics().m_stockSteps, 0u) << heap.report();
     EXPECT_EQ(heap.statistics().m_stageDifferences, 0u) << heap.statistics().m_firstStageDifference;
+  }
+}
+
+// ---- the pair finders
+
+struct Finder {
+  btGpuPairFinder finder;
+  const char *name, *stage;
+};
+const Finder kFinders[] = {{btGpuPairFinder::Grid, "grid", "30_find_pairs_grid"},
+                           {btGpuPairFinder::Sweep, "sweep", "30_find_pairs_sweep"},
+                           {btGpuPairFinder::IncrementalSweep, "incremental", "30_find_pairs_incremental"},
+                           {btGpuPairFinder::BruteForce, "brute_force", "30_find_pairs_brute_force"}};
+
+// All find the same pairs, so that every bit of the world is the same.
+TEST(HostStages, PairFindersGiveTheSameBits) {
+  const std::uint64_t expected = Heap().run().hash();
+  for (const Finder& finder : kFinders) {
+    SCOPED_TRACE(finder.name);
+    btGpuSettings settings;
+    settings.m_pairFinder = finder.finder;
+    settings.m_checkStages = true;
+    Heap checked(settings);
+    EXPECT_EQ(checked.run().hash(), expected);
+    EXPECT_EQ(checked.statistics().m_stageDifferences, 0u) << checked.statistics().m_firstStageDifference;
+    settings.m_checkStages = false;
+    settings.m_hostStages = finder.stage;
+    EXPECT_EQ(Heap(settings).run().hash(), expected) << "its reference";
+    const ScopedVariable variable("BTGPU_PAIR_FINDER", finder.name);
+    EXPECT_EQ(Heap().run().hash(), expected);
+  }
+}
+
+TEST(HostStages, PairFinderByTheEnvironment) {
+  for (const Finder& finder : kFinders) {
+    const ScopedVariable variable("BTGPU_PAIR_FINDER", finder.name);
+    // A fault that drops all pairs of body 0, the ground, in stage 30's own end; the stage that is off is named.
+    const ChangedKernels kernels("stages/30_sort_pairs.cl", "FOR_EACH(k, pairs) atomic_inc",
+                                 "FOR_EACH(k, pairs) if (AT(list, k) >> 32) atomic_inc");
+    const ScopedVariable folder("BTGPU_KERNEL_DIR", kernels.path());
+    btGpuSettings settings;
+    settings.m_checkStages = true;
+    Heap heap(settings);
+    heap.run(3);
+    EXPECT_GT(heap.statistics().m_stageDifferences, 0u);
+    EXPECT_NE(heap.statistics().m_firstStageDifference.find(finder.stage), std::string::npos)
+        << heap.statistics().m_firstStageDifference;
   }
 }
 

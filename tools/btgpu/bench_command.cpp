@@ -11,6 +11,7 @@
 #include "bullet_file.h"
 #include "commands.h"
 #include "compat/engine_loader.h"
+#include "pairs_bench_command.h"
 #include "progress.h"
 
 namespace btgpu::tool {
@@ -29,6 +30,7 @@ struct BenchArguments {
   std::string contacts = "on", hostQueries = "on", sleeping = "off", stages = "on", motionStates = "off";
   int steps = 0;  // 0: as the scene has it
   BenchOptions options;
+  PairsBenchArguments pairs;  // of the scene "pairs", which is no world
 };
 
 // A scene at a size.
@@ -159,7 +161,23 @@ void saveFiles(const BenchArguments& arguments, const std::vector<BenchResult>& 
   if (!arguments.json.empty()) writeFile(arguments.json, toJson(results));
 }
 
+bool isPairs(const std::string& scene) { return scene == "pairs"; }
+
+int runPairs(const BenchArguments& arguments) {
+  if (arguments.scenes.size() > 1) throw InputError("--scene pairs goes alone: its worlds are others");
+  if (!arguments.size.empty()) throw InputError("--scene pairs has --bodies instead of a --size");
+  if (!arguments.json.empty()) throw InputError("--scene pairs writes --csv, no --json");
+  PairsBenchArguments pairs = arguments.pairs;
+  if (arguments.worlds != BenchArguments().worlds) pairs.worlds = arguments.worlds;
+  pairs.bodies = arguments.bodies;
+  pairs.steps = arguments.steps;
+  pairs.device = arguments.options.device;
+  pairs.csv = arguments.csv;
+  return runPairsBench(pairs);
+}
+
 int runBenchCommand(const BenchArguments& arguments) {
+  if (std::any_of(arguments.scenes.begin(), arguments.scenes.end(), isPairs)) return runPairs(arguments);
   BenchOptions options = arguments.options;
   options.contacts = arguments.contacts == "on";
   options.hostQueries = arguments.hostQueries == "on";
@@ -189,7 +207,11 @@ Command addBenchCommand(CLI::App& tool) {
   const auto a = std::make_shared<BenchArguments>();
   CLI::App* bench = tool.add_subcommand("bench", "time the steps of btgpu and of other worlds in one run");
   const CLI::IsMember onOff({"on", "off"});
-  bench->add_option("--scene", a->scenes, "built-in scenes, all of them (all), or .bullet files")
+  bench
+      ->add_option(
+          "--scene", a->scenes,
+          "built-in scenes, all of them (all), or .bullet files; or pairs: the ways of finding pairs by themselves, on "
+          "AABBs without a world (docs/benchmarks.md)")
       ->delimiter(',')
       ->capture_default_str();
   auto* size = bench->add_option("--size", a->size, "size of the built-in scenes, as X,Y,Z; left out: that of each");
@@ -203,7 +225,8 @@ Command addBenchCommand(CLI::App& tool) {
   bench
       ->add_option("--worlds", a->worlds,
                    "which of gpu, cpu (stock Bullet), bullet3 (its OpenCL pipeline); cpu:100000 leaves cpu out of runs "
-                   "with more bodies than that")
+                   "with more bodies than that. With --scene pairs, of bvh, grid, sweep, incremental, brute_force and "
+                   "dbvt (btDbvtBroadphase); left out: all")
       ->delimiter(',')
       ->capture_default_str();
   bench->add_option("--contacts", a->contacts, "keep the dispatcher's manifolds current")
@@ -219,6 +242,7 @@ Command addBenchCommand(CLI::App& tool) {
   bench->add_option("--stages", a->stages, "time the device's stages too, in a run of their own")
       ->check(onOff)
       ->capture_default_str();
+  addPairsOptions(*bench, a->pairs);
   addSolverOption(*bench, a->options.solver);
   bench->add_option("--device", a->options.device, "OpenCL device: index, gpu, cpu or part of its name");
   bench->add_option("--csv", a->csv, "write a line a run and world to this file")->check(kNotEmpty);

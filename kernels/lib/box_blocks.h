@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Arrays of AABBs that are met one after the other. On a CPU BVH_ARITY of them lie together coordinate by coordinate
+// (lower x of all, lower y, ... upper z), in the memory of as many AABBs, so that a work item looks at all of them at
+// once. Such an array has room for whole blocks. OpenCL C only.
+#ifndef BTGPU_LIB_BOX_BLOCKS_H
+#define BTGPU_LIB_BOX_BLOCKS_H
+#include "../shared/bvh.h"
+#include "bounds.h"
+#include "kernel.h"
+
+#ifdef BTGPU_SHAPE_CPU
+
+static inline void storeBox(__global Aabb* boxes, uint place, Aabb box) {
+  __global float* block = (__global float*)(boxes + place / BVH_ARITY * BVH_ARITY) + place % BVH_ARITY;
+  block[0 * BVH_ARITY] = box.lower.x;
+  block[1 * BVH_ARITY] = box.lower.y;
+  block[2 * BVH_ARITY] = box.lower.z;
+  block[3 * BVH_ARITY] = box.upper.x;
+  block[4 * BVH_ARITY] = box.upper.y;
+  block[5 * BVH_ARITY] = box.upper.z;
+}
+
+static inline Aabb loadBox(__global const Aabb* boxes, uint place) {
+  __global const float* block =
+      (__global const float*)(boxes + place / BVH_ARITY * BVH_ARITY) + place % BVH_ARITY;
+  Aabb box;
+  box.lower = vec3(block[0 * BVH_ARITY], block[1 * BVH_ARITY], block[2 * BVH_ARITY]);
+  box.upper = vec3(block[3 * BVH_ARITY], block[4 * BVH_ARITY], block[5 * BVH_ARITY]);
+  return box;
+}
+
+// Bit c: box number c of the block that begins at `place` overlaps this one.
+static inline uint overlapBlock(__global const Aabb* boxes, uint place, Aabb box) {
+  __global const float* block = (__global const float*)(boxes + place);
+  const int8 overlap = (vload8(0, block) <= box.upper.x) & (vload8(3, block) >= box.lower.x) &
+                       (vload8(1, block) <= box.upper.y) & (vload8(4, block) >= box.lower.y) &
+                       (vload8(2, block) <= box.upper.z) & (vload8(5, block) >= box.lower.z);
+  const int8 bits = overlap & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+  const int4 four = bits.lo | bits.hi;
+  const int2 two = four.lo | four.hi;
+  return (uint)(two.x | two.y);
+}
+
+#else
+
+static inline void storeBox(__global Aabb* boxes, uint place, Aabb box) { boxes[place] = box; }
+static inline Aabb loadBox(__global const Aabb* boxes, uint place) { return boxes[place]; }
+
+#endif
+
+#endif
