@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "query_world.h"
 #include "step_results.h"
 #include "step_settings.h"
 #include "world_input.h"
@@ -15,7 +16,7 @@
 namespace btgpu {
 
 // Changes whenever anything in this header or in the headers it includes changes its layout.
-inline constexpr int kEngineAbi = 14;
+inline constexpr int kEngineAbi = 15;
 // Name of the factory in the plugin: EngineFactory.
 inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
 inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
@@ -76,6 +77,9 @@ class Engine {
 
   // The manifolds after the last finished step, in pair order, those without points included.
   virtual Status readManifolds(std::vector<Manifold>& manifolds) noexcept = 0;
+
+  // Casts rays through `world`, which need have nothing to do with the last step's; may be called during a step. Waits.
+  virtual Status castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) noexcept = 0;
 
   // Drops all device state; the next beginStep must come with everything in its change lists.
   virtual void reset() noexcept = 0;

@@ -73,6 +73,10 @@ class PluginEngine final : public Engine {
   Status readManifolds(std::vector<Manifold>& manifolds) noexcept override {
     return guarded(m_error, [&] { m_engine.readManifolds(manifolds); });
   }
+  Status castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) noexcept override {
+    const ZoneSinkScope scope(m_sink);
+    return guarded(m_error, [&] { m_engine.castRays(world, rays, count, results); });
+  }
   void reset() noexcept override {
     guarded(m_error, [&] { m_engine.reset(); });
   }

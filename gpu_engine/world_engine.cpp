@@ -378,6 +378,25 @@ void WorldEngine::adaptLaunches(const StepCounters& counters) {
   c.colourRounds = approach(c.colourRounds, counters.colourRounds > 0 ? counters.colourRounds + 1 : 0);
 }
 
+// What is left of a query that failed may still run on its arrays: they go once it has ended.
+void WorldEngine::castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) {
+  if (!m_queries) m_queries = std::make_unique<Queries>(m_device);
+  const auto leave = [this] { m_queries->queue.leaveStages(); };
+  try {
+    m_queries->rays.cast(m_queries->queue, world, rays, count, results);
+    leave();
+  } catch (...) {
+    leave();
+    try {
+      m_queries->queue.finish();
+    } catch (const OpenClError&) {  // the device is lost
+    }
+    m_queries.reset();
+    throw;
+  }
+  m_device->programs().saveNext();
+}
+
 EngineInfo describeDevice(const DeviceDescription& d) {
   EngineInfo info;
   info.device = d.name;
