@@ -85,11 +85,12 @@ bool QueryReader::isTested(int shapeIndex) const {
   if (shapeIndex < 0) return false;
   switch (m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)].type) {
     case SHAPE_SPHERE:
-    case SHAPE_BOX:
     case SHAPE_PLANE:
+      return true;
+    case SHAPE_BOX:
     case SHAPE_CAPSULE:
     case SHAPE_HULL:
-      return true;
+      return sizeof(btScalar) == sizeof(float);
     default:
       return false;
   }

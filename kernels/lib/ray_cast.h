@@ -17,23 +17,11 @@
 
 BTGPU_BEGIN
 
-// Bullet's limits, of its float build and of its double one. Those of the latter are out of reach of floats: the cast
-// ends where it no longer gets on.
-STRUCT(CastLimits) {
-  float nearSqr;       // MAX_CONVEX_CAST_EPSILON: squared distance at which the surface counts as reached
-  float sameSqr;       // VORONOI_DEFAULT_EQUAL_VERTEX_THRESHOLD: squared distance of points that are one
-  float flatVolume;    // of a tetrahedron, times 6: flatter ones end the cast
-  int iterations;      // MAX_CONVEX_CAST_ITERATIONS
-};
-
-LIB CastLimits castLimits(uint isDouble) {
-  CastLimits limits;
-  limits.nearSqr = isDouble ? 1e-10f : 1e-4f;
-  limits.sameSqr = isDouble ? 1e-12f : 1e-4f;
-  limits.flatVolume = isDouble ? 1e-8f : 1e-4f;
-  limits.iterations = isDouble ? 64 : 32;
-  return limits;
-}
+// Bullet's limits, of its float build.
+#define CAST_NEAR_SQR 1e-4f     // MAX_CONVEX_CAST_EPSILON: squared distance at which the surface counts as reached
+#define CAST_SAME_SQR 1e-4f     // VORONOI_DEFAULT_EQUAL_VERTEX_THRESHOLD: squared distance of points that are one
+#define CAST_FLAT_VOLUME 1e-4f  // of a tetrahedron, times 6: flatter ones end the cast
+#define CAST_ITERATIONS 32      // MAX_CONVEX_CAST_ITERATIONS
 
 // The point of a convex shape, its margin included, that lies farthest along a direction in its own axes:
 // localGetSupportingVertex.
@@ -133,18 +121,18 @@ LIB Nearest nearestOfThree(float4 a, float4 b, float4 c) {
 }
 
 // 1 if the origin lies on the other side of the plane a, b, c than d; -1 if the four are flat.
-LIB int isOutside(float4 a, float4 b, float4 c, float4 d, float flatVolume) {
+LIB int isOutside(float4 a, float4 b, float4 c, float4 d) {
   const float4 normal = cross3(b - a, c - a);
   const float ofOrigin = dot3(-a, normal), ofD = dot3(d - a, normal);
-  if (ofD * ofD < flatVolume * flatVolume) return -1;
+  if (ofD * ofD < CAST_FLAT_VOLUME * CAST_FLAT_VOLUME) return -1;
   return ofOrigin * ofD < 0.0f;
 }
 
 // used = 0: the origin is inside, or the four are flat.
-LIB Nearest nearestOfFour(float4 a, float4 b, float4 c, float4 d, float flatVolume) {
+LIB Nearest nearestOfFour(float4 a, float4 b, float4 c, float4 d) {
   Nearest best = nearestOf(a, 0.0f, 0.0f, 0.0f, 0);
-  const int abc = isOutside(a, b, c, d, flatVolume), acd = isOutside(a, c, d, b, flatVolume);
-  const int adb = isOutside(a, d, b, c, flatVolume), bdc = isOutside(b, d, c, a, flatVolume);
+  const int abc = isOutside(a, b, c, d), acd = isOutside(a, c, d, b);
+  const int adb = isOutside(a, d, b, c), bdc = isOutside(b, d, c, a);
   if (abc < 0 || acd < 0 || adb < 0 || bdc < 0) return best;
   float bestSqr = INFINITY;
   if (abc) {
@@ -189,7 +177,7 @@ LIB float4 mixPoints(const float4* points, int count, float4 shares) {
 
 // The nearest point, and the simplex without the points that have no share in it. 0 if there is no telling, or no
 // distance: the cast ends.
-LIB int nearestOfSimplex(REF(CastSimplex) s, float flatVolume, REF(float4) nearest) {
+LIB int nearestOfSimplex(REF(CastSimplex) s, REF(float4) nearest) {
   const int count = s->count;
   if (count == 1) {
     *nearest = s->ofRay[0] - s->ofShape[0];
@@ -201,7 +189,7 @@ LIB int nearestOfSimplex(REF(CastSimplex) s, float flatVolume, REF(float4) neare
   } else if (count == 3) {
     n = nearestOfThree(s->points[0], s->points[1], s->points[2]);
   } else {
-    n = nearestOfFour(s->points[0], s->points[1], s->points[2], s->points[3], flatVolume);
+    n = nearestOfFour(s->points[0], s->points[1], s->points[2], s->points[3]);
     if (n.used == 0) return 0;
   }
   *nearest = mixPoints(s->ofRay, count, n.shares) - mixPoints(s->ofShape, count, n.shares);
@@ -216,9 +204,9 @@ LIB int nearestOfSimplex(REF(CastSimplex) s, float flatVolume, REF(float4) neare
   return n.shares.x >= 0.0f && n.shares.y >= 0.0f && n.shares.z >= 0.0f && n.shares.w >= 0.0f;
 }
 
-LIB int isInSimplex(const CastSimplex* s, float4 w, float sameSqr) {
+LIB int isInSimplex(const CastSimplex* s, float4 w) {
   for (int i = 0; i < s->count; ++i) {
-    if (lengthSqr3(w - s->points[i]) <= sameSqr) return 1;
+    if (lengthSqr3(w - s->points[i]) <= CAST_SAME_SQR) return 1;
   }
   return w.x == s->last.x && w.y == s->last.y && w.z == s->last.z;
 }
@@ -226,12 +214,14 @@ LIB int isInSimplex(const CastSimplex* s, float4 w, float sameSqr) {
 LIB float4 toWorldPoint(ItemPose pose, float4 origin, float4 p) {
   return vec3(dot3(p, pose.row0), dot3(p, pose.row1), dot3(p, pose.row2)) + origin;
 }
-LIB float4 toLocalDirection(ItemPose pose, float4 d) { return xyz(pose.row0 * d.x + pose.row1 * d.y + pose.row2 * d.z); }
+LIB float4 toLocalDirection(ItemPose pose, float4 d) {
+  return xyz(pose.row0 * d.x + pose.row1 * d.y + pose.row2 * d.z);
+}
 LIB float4 originOf(ItemPose pose) { return vec3(pose.row0.w, pose.row1.w, pose.row2.w); }
 
 // A ray against a convex shape. 1 if it hits: fraction, and the normal, of any length. Nothing is hit from inside.
 LIB int castConvex(Shape shape, ItemPose pose, __global const float4* vertices, float4 from, float4 to,
-                   CastLimits limits, REF(float) fraction, REF(float4) normal) {
+                   REF(float) fraction, REF(float4) normal) {
   CastSimplex s;
   s.count = 0;
   s.last = vec3(BTGPU_LARGE, BTGPU_LARGE, BTGPU_LARGE);
@@ -241,7 +231,7 @@ LIB int castConvex(Shape shape, ItemPose pose, __global const float4* vertices, 
   float lambda = 0.0f;
   float4 v = from - toWorldPoint(pose, origin, supportPoint(shape, vertices, toLocalDirection(pose, along)));
   float distanceSqr = lengthSqr3(v);
-  for (int i = 0; i < limits.iterations && distanceSqr > limits.nearSqr; ++i) {
+  for (int i = 0; i < CAST_ITERATIONS && distanceSqr > CAST_NEAR_SQR; ++i) {
     const float4 ofRay = at;
     const float4 ofShape = toWorldPoint(pose, originNow, supportPoint(shape, vertices, toLocalDirection(pose, v)));
     const float4 w = ofRay - ofShape;
@@ -258,12 +248,12 @@ LIB int castConvex(Shape shape, ItemPose pose, __global const float4* vertices, 
       n = v;
       advanced = lambda != before;
     }
-    if (!isInSimplex(&s, w, limits.sameSqr)) {
+    if (!isInSimplex(&s, w)) {
       s.points[s.count] = s.last = w;
       s.ofRay[s.count] = ofRay;
       s.ofShape[s.count] = ofShape;
       ++s.count;
-      distanceSqr = nearestOfSimplex(&s, limits.flatVolume, &v) ? lengthSqr3(v) : 0.0f;
+      distanceSqr = nearestOfSimplex(&s, &v) ? lengthSqr3(v) : 0.0f;
     } else if (!advanced) {
       break;  // and so on until the iterations are used up
     }
@@ -271,6 +261,18 @@ LIB int castConvex(Shape shape, ItemPose pose, __global const float4* vertices, 
   *fraction = lambda;
   *normal = n;
   return dot3(n, along) < 0.0f && lambda < 1.0f;
+}
+
+// A ray against a sphere at the origin, in a double world: there Bullet's cast comes as near to the surface as that.
+LIB int castSphere(float radius, float4 from, float4 to, REF(float) fraction, REF(float4) normal) {
+  const float4 along = to - from;
+  const float lengthSqr = lengthSqr3(along), before = -dot3(from, along) / lengthSqr;  // before: it is nearest
+  const float4 nearest = from + along * before;
+  const float gapSqr = radius * radius - lengthSqr3(nearest);
+  if (!(gapSqr >= 0.0f) || lengthSqr3(from) <= radius * radius) return 0;
+  *fraction = before - sqrt(gapSqr / lengthSqr);
+  *normal = from + along * *fraction;
+  return *fraction >= 0.0f && *fraction < 1.0f;
 }
 
 // A ray in a plane's own axes: of Bullet's two triangles around the foot of the ray's middle it always meets one, from
@@ -311,8 +313,8 @@ LIB float enterAabb(Aabb box, float4 from, float4 inverse, float limit) {
 
 // The box around a shape in its own axes that a ray has to meet to hit it: grown by the distance at which Bullet's cast
 // takes the surface for reached.
-LIB Aabb castBounds(Shape shape, CastLimits limits) {
-  const float grown = 1.01f * sqrt(limits.nearSqr) + (shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f);
+LIB Aabb castBounds(Shape shape) {
+  const float grown = 1.01f * sqrt(CAST_NEAR_SQR) + (shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f);
   float4 half_ = xyz(shape.extents);
   if (shape.type == SHAPE_SPHERE) half_ = vec3(shape.extents.x, shape.extents.x, shape.extents.x);
   half_ += vec3(grown, grown, grown);
@@ -324,7 +326,7 @@ LIB Aabb castBounds(Shape shape, CastLimits limits) {
 }
 
 // A ray against one shape. 1 if it is hit before `best`: then `hit` has all but the object.
-LIB int castShape(Shape shape, ItemPose pose, __global const float4* vertices, Ray ray, CastLimits limits, float best,
+LIB int castShape(Shape shape, ItemPose pose, __global const float4* vertices, Ray ray, uint isDouble, float best,
                   REF(RayHit) hit) {
   const float4 from = toLocalDirection(pose, ray.from - originOf(pose));
   const float4 to = toLocalDirection(pose, ray.to - originOf(pose));
@@ -336,14 +338,18 @@ LIB int castShape(Shape shape, ItemPose pose, __global const float4* vertices, R
     hit->part = 0;
     hit->triangle = planeTriangle(shape.extents, from, to, fraction);
     normal = toWorldPoint(pose, vec3(0.0f, 0.0f, 0.0f), normal);
+  } else if (isDouble) {
+    // Only spheres: what Bullet comes to with other shapes there depends on bits that floats don't have.
+    if (!castSphere(shape.extents.x, from, to, &fraction, &normal) || !(fraction <= best)) return 0;
+    normal = normalize3(toWorldPoint(pose, vec3(0.0f, 0.0f, 0.0f), normal));
   } else {
-    // Of a box Bullet's cast finds simplices that are flat to the last bit, and then says hit for some rays that pass it
-    // far by: so a box is asked even then.
+    // Of a box Bullet's cast finds simplices that are flat to the last bit, and then says hit for some rays that pass
+    // it far by: so a box is asked even then.
     if (shape.type != SHAPE_BOX &&
-        enterAabb(castBounds(shape, limits), from, inverseDirection(to - from), best) > best) {
+        enterAabb(castBounds(shape), from, inverseDirection(to - from), best) > best) {
       return 0;
     }
-    if (!castConvex(shape, pose, vertices, xyz(ray.from), xyz(ray.to), limits, &fraction, &normal)) return 0;
+    if (!castConvex(shape, pose, vertices, xyz(ray.from), xyz(ray.to), &fraction, &normal)) return 0;
     if (!(fraction <= best)) return 0;
     normal = normalize3(normal);
   }

@@ -94,13 +94,13 @@ STRUCT(Items) {
   __global const float4* hullVertices;
 };
 
-static void castItem(uint item, Items items, Ray ray, CastLimits limits, RayHit* best) {
+static void castItem(uint item, Items items, Ray ray, uint isDouble, RayHit* best) {
   const BodyInfo info = items.infos[item];
   if (!rayMayHit(ray, info)) return;
   const uint child = items.childOf[item];
   if (child != NO_INDEX && !meetsChild(items.children[child], ray)) return;
   RayHit hit = *best;
-  if (!castShape(items.shapes[info.shapeIndex], items.poses[item], items.hullVertices, ray, limits, best->normal.w,
+  if (!castShape(items.shapes[info.shapeIndex], items.poses[item], items.hullVertices, ray, isDouble, best->normal.w,
                  &hit)) {
     return;
   }
@@ -115,7 +115,6 @@ KERNEL castRays(CHECKS uint rayCount, uint treeCount, uint itemCount, uint isDou
                 __global const ItemPose* poses, __global const uint* childOf, __global const CompoundChild* children,
                 __global const Shape* shapes, __global const float4* hullVertices, __global const Ray* rays,
                 __global RayHit* hits) {
-  const CastLimits limits = castLimits(isDouble);
   Items items;
   items.infos = infos;
   items.poses = poses;
@@ -127,7 +126,7 @@ KERNEL castRays(CHECKS uint rayCount, uint treeCount, uint itemCount, uint isDou
     const Ray ray = rays[i];
     RayHit best = noRayHit();
     if (!(ray.flags & RAY_OFF)) {
-      for (uint k = treeCount; k < itemCount; ++k) castItem(k, items, ray, limits, &best);
+      for (uint k = treeCount; k < itemCount; ++k) castItem(k, items, ray, isDouble, &best);
       const float4 inverse = inverseDirection(ray.to - ray.from);
       RayStack stack;
       float enter;
@@ -135,7 +134,7 @@ KERNEL castRays(CHECKS uint rayCount, uint treeCount, uint itemCount, uint isDou
       while (true) {
         const uint place = nextItem(WITH_CHECKS &stack, levels, nodes, ray, inverse, best.normal.w, &enter);
         if (place == NO_INDEX) break;
-        castItem(AT(order, place), items, ray, limits, &best);
+        castItem(AT(order, place), items, ray, isDouble, &best);
       }
     }
     AT(hits, i) = best;

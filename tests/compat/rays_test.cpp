@@ -17,9 +17,12 @@ namespace {
 
 btScalar s(double v) { return static_cast<btScalar>(v); }
 
-// The device's floats and the cast's limits in them are a double world's only to the 1e-4.
+// In a double world boxes, capsules and hulls are the host's.
 constexpr bool kFloat = sizeof(btScalar) == sizeof(float);
 constexpr double kTolerance = 1e-4;
+// The device's normals of spheres in a double world are exact; stock's are those of the step before its cast ended:
+// within 2.6 degrees, a cosine of 0.999.
+constexpr double kNormal = kFloat ? 1e-3 : 0.045;
 
 struct Random {
   std::mt19937 engine{11};
@@ -161,13 +164,13 @@ struct Yard {
         continue;
       }
       if (std::fabs(double(hits[i].m_closestHitFraction - stock.m_closestHitFraction)) > kTolerance) ++c.far;
-      if (double((hits[i].m_hitNormalWorld - stock.m_hitNormalWorld).length()) > 1e-3) ++c.turned;
+      if (double((hits[i].m_hitNormalWorld - stock.m_hitNormalWorld).length()) > kNormal) ++c.turned;
       if (hits[i].m_shapePart != stock.part || hits[i].m_triangleIndex != stock.triangle) ++c.infos;
     }
     return c;
   }
-  // In a float world the device does what stock does, operation by operation; what differs are hits as near as another
-  // one. The bound for those is one ray in 1000.
+  // The device does what stock does, operation by operation (in a double world only
+  // spheres, exactly, and planes; all else there is the host's); what differs are hits as near as another one. The bound for those is one ray in 1000.
   void expectSame(const std::vector<btGpuRay>& rays, const char* what) {
     const Counts c = compare(rays);
     const int ties = std::max(1, c.rays / 1000);
@@ -175,8 +178,7 @@ struct Yard {
     EXPECT_LE(c.others, ties) << what << ": other bodies";
     EXPECT_LE(c.far, ties) << what << ": fractions";
     EXPECT_LE(c.infos, ties) << what << ": parts and triangles";
-    // Where the last step of the cast goes is a matter of rounding in a double world: the normals of its corners turn.
-    EXPECT_LE(c.turned, kFloat ? ties : c.rays / 50) << what << ": normals";
+    EXPECT_LE(c.turned, ties) << what << ": normals";
   }
 
   GpuWorld w;
@@ -200,6 +202,7 @@ TEST(Rays, ThroughMixedShapes) {
   }
   expectOnDevice(yard);
   for (const auto& f : yard.w.world.fallbackReport()) {
+    if (!kFloat) break;
     EXPECT_EQ(f.m_reason.find("batched"), std::string::npos) << f.m_what << ": " << f.m_reason;
   }
 }
