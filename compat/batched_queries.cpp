@@ -177,6 +177,166 @@ Engine* engineFor(WorldState& state, int count) {
   return engineOf(state);
 }
 
+bool isFinite(const btTransform& t) {
+  return isFinite(t.getOrigin()) && isFinite(t.getBasis()[0]) && isFinite(t.getBasis()[1]) && isFinite(t.getBasis()[2]);
+}
+
+bool isSweep(const btGpuSweep& sweep) {
+  const btVector3 along = sweep.m_to.getOrigin() - sweep.m_from.getOrigin();
+  return sweep.m_shape && isFinite(sweep.m_from) && isFinite(sweep.m_to) && isFinite(along) &&
+         along.length2() > btScalar(0);
+}
+
+btGpuSweepHit sweepOnHost(const btDiscreteDynamicsWorld& world, const btGpuSweep& sweep) {
+  btGpuSweepHit out;
+  if (!isSweep(sweep)) return out;
+  const HostSweepHit hit =
+      sweepThroughWorld(world, {sweep.m_shape, sweep.m_from, sweep.m_to, sweep.m_collisionFilterGroup,
+                                sweep.m_collisionFilterMask, sweep.m_allowedCcdPenetration, sweep.m_ignoredObject});
+  out.m_collisionObject = hit.object;
+  out.m_closestHitFraction = hit.fraction;
+  out.m_hitNormalWorld = hit.normal;
+  out.m_hitPointWorld = hit.point;
+  return out;
+}
+
+bool bearThreads(const btGpuSweep* sweeps, std::size_t count) {
+  const btConvexShape* last = nullptr;
+  for (std::size_t i = 0; i < count; ++i) {
+    const btConvexShape* shape = sweeps[i].m_shape;
+    if (!shape || shape == last) continue;
+    if (!bearsThreads(*shape)) return false;
+    last = shape;
+  }
+  return true;
+}
+
+// ---- closest points ------------------------------------------------------------------------------------------
+
+class ClosestBatch {
+ public:
+  ClosestBatch(btDiscreteDynamicsWorld& world, WorldState& state, const btGpuClosestQuery* queries,
+               btGpuClosestPoints* answers, std::size_t count)
+      : m_world(world), m_state(state), m_queries(queries), m_answers(answers), m_count(count) {}
+
+  void find(Engine* engine);
+
+ private:
+  // Each pair is the device's, the host's or makes no sense.
+  void sort();
+  bool isPair(const btGpuClosestQuery& query) const;
+  int shapeOf(const btCollisionObject* object) const;
+  ClosestQuery toDevice(const btGpuClosestQuery& query, int shapeA, int shapeB) const;
+  void give(const btGpuClosestQuery& query, const ClosestAnswer& from, btGpuClosestPoints& to) const;
+  void askContactTest(const btGpuClosestQuery& query, btGpuClosestPoints& to);
+
+  btDiscreteDynamicsWorld& m_world;
+  WorldState& m_state;
+  const btGpuClosestQuery* m_queries;
+  btGpuClosestPoints* m_answers;
+  std::size_t m_count;
+  std::vector<std::size_t> m_ours, m_others;  // positions
+  std::vector<ClosestQuery> m_down;           // of m_ours
+  std::vector<ClosestAnswer> m_up;
+};
+
+bool ClosestBatch::isPair(const btGpuClosestQuery& q) const {
+  const auto isPlaced = [](const btCollisionObject& o) {
+    return o.getCollisionShape() && isFinite(o.getWorldTransform());
+  };
+  if (!q.m_objectA || q.m_objectA == q.m_objectB || !(q.m_maxDistance == q.m_maxDistance)) return false;
+  if (!isPlaced(*q.m_objectA)) return false;
+  return q.m_objectB ? isPlaced(*q.m_objectB) : isFinite(q.m_point) && q.m_radius >= 0 && q.m_radius < BT_LARGE_FLOAT;
+}
+
+// Of one that is in the world, and has a shape for the device; else -1.
+int ClosestBatch::shapeOf(const btCollisionObject* object) const {
+  const int position = m_state.queries.positionOf(object);
+  return position < 0 ? -1 : m_state.queries.shapeOf(position);
+}
+
+void ClosestBatch::sort() {
+  for (std::size_t i = 0; i < m_count; ++i) {
+    const btGpuClosestQuery& q = m_queries[i];
+    m_answers[i] = btGpuClosestPoints();
+    if (!isPair(q)) continue;
+    const int a = shapeOf(q.m_objectA), b = q.m_objectB ? shapeOf(q.m_objectB) : -1;
+    const auto isPlane = [this](int shape) {
+      return shape >= 0 &&
+             m_state.queries.world().shapes.shapes.values[static_cast<std::size_t>(shape)].type == SHAPE_PLANE;
+    };
+    if (a < 0 || (q.m_objectB && b < 0) || (isPlane(a) && isPlane(b))) {
+      m_others.push_back(i);
+    } else {
+      m_ours.push_back(i);
+      m_down.push_back(toDevice(q, a, b));
+    }
+  }
+}
+
+ClosestQuery ClosestBatch::toDevice(const btGpuClosestQuery& q, int shapeA, int shapeB) const {
+  const btTransform& a = q.m_objectA->getWorldTransform();
+  btTransform b(btQuaternion::getIdentity(), q.m_point);
+  if (q.m_objectB) b = q.m_objectB->getWorldTransform();
+  const btVector3 between = b.getOrigin() - a.getOrigin();
+  ClosestQuery out;
+  float4* rowsA[] = {&out.poseA.row0, &out.poseA.row1, &out.poseA.row2};
+  float4* rowsB[] = {&out.poseB.row0, &out.poseB.row1, &out.poseB.row2};
+  for (int k = 0; k < 3; ++k) {
+    *rowsA[k] = toFloat4(a.getBasis()[k]);
+    *rowsB[k] = toFloat4(b.getBasis()[k], static_cast<float>(between[k]));
+  }
+  out.shapeA = shapeA;
+  out.shapeB = shapeB;
+  out.radiusB = static_cast<float>(q.m_radius);
+  out.limit = static_cast<float>(std::min(q.m_maxDistance, btScalar(BT_LARGE_FLOAT)));
+  return out;
+}
+
+void ClosestBatch::give(const btGpuClosestQuery& query, const ClosestAnswer& from, btGpuClosestPoints& to) const {
+  if (!from.found) return;
+  const btVector3& origin = query.m_objectA->getWorldTransform().getOrigin();
+  to.m_found = true;
+  to.m_distance = btScalar(from.normal.w);
+  to.m_normalOnB = toBullet(from.normal);
+  to.m_pointOnA = origin + toBullet(from.onA);
+  to.m_pointOnB = origin + toBullet(from.onB);
+}
+
+void ClosestBatch::askContactTest(const btGpuClosestQuery& query, btGpuClosestPoints& to) {
+  btSphereShape ball(query.m_radius);
+  btCollisionObject probe;
+  probe.setCollisionShape(&ball);
+  probe.setWorldTransform(btTransform(btQuaternion::getIdentity(), query.m_point));
+  const HostClosest closest =
+      closestByContactTest(m_world, *query.m_objectA, query.m_objectB ? *query.m_objectB : probe, query.m_maxDistance);
+  if (!closest.found) return;
+  to.m_found = true;
+  to.m_distance = closest.distance;
+  to.m_normalOnB = closest.normalOnB;
+  to.m_pointOnA = closest.onA;
+  to.m_pointOnB = closest.onB;
+}
+
+// Without a device the same functions run on the host.
+void ClosestBatch::find(Engine* engine) {
+  m_state.queries.read(m_world, QueryBounds::Shapes, m_state.reader.input().regionOrigin);
+  sort();
+  const bool onDevice = engine && engine->closestPoints(m_state.queries.world(), m_down, m_up) == Status::Ok;
+  if (engine && !onDevice) m_state.fallbacks.addShare("batched closest points", engine->lastError());
+  if (!onDevice) closestOnHost(m_state.queries.world(), m_down, m_up);
+  parallelFor(m_ours.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) give(m_queries[m_ours[k]], m_up[k], m_answers[m_ours[k]]);
+  });
+  for (const std::size_t i : m_others) askContactTest(m_queries[i], m_answers[i]);
+  if (!m_others.empty()) {
+    m_state.fallbacks.addShare("closest points", "pairs with a shape that the device lacks, by contactPairTest",
+                               m_others.size());
+  }
+  m_state.statistics.m_devicePairs += onDevice ? m_ours.size() : 0;
+  m_state.statistics.m_hostPairs += m_count - (onDevice ? m_ours.size() : 0);
+}
+
 }  // namespace
 BTGPU_TRANSLATION_END
 
@@ -206,4 +366,48 @@ void btGpuDynamicsWorld::rayTestBatch(const btGpuRay* rays, btGpuRayHit* hits, i
 void btGpuDynamicsWorld::rayTestBatch(const std::vector<btGpuRay>& rays, std::vector<btGpuRayHit>& hits) const {
   hits.resize(rays.size());
   rayTestBatch(rays.data(), hits.data(), static_cast<int>(rays.size()));
+}
+
+void btGpuDynamicsWorld::convexSweepBatch(const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) const {
+  using namespace btgpu;
+  if (count <= 0) return;
+  const auto state = findState(this);
+  const WorldScope scope(state->zones);
+  const Zone zone("convexSweepBatch");
+  if (!state->settings.m_hostQueries && state->lastPath == Path::Device)
+    state->aabbs.update(const_cast<btGpuDynamicsWorld&>(*this));
+  const auto n = static_cast<std::size_t>(count);
+  const auto sweepAll = [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) hits[i] = sweepOnHost(*this, sweeps[i]);
+  };
+  if (canCastAtOnce(*this) && bearThreads(sweeps, n)) {
+    parallelFor(n, kGrain, sweepAll);
+  } else {
+    sweepAll(0, n);
+  }
+  state->fallbacks.addShare("batched sweeps", "by Bullet's own test on the CPU");
+}
+
+void btGpuDynamicsWorld::convexSweepBatch(const std::vector<btGpuSweep>& sweeps,
+                                          std::vector<btGpuSweepHit>& hits) const {
+  hits.resize(sweeps.size());
+  convexSweepBatch(sweeps.data(), hits.data(), static_cast<int>(sweeps.size()));
+}
+
+void btGpuDynamicsWorld::closestPointsBatch(const btGpuClosestQuery* queries, btGpuClosestPoints* answers,
+                                            int count) const {
+  using namespace btgpu;
+  if (count <= 0) return;
+  const auto state = findState(this);
+  const WorldScope scope(state->zones);
+  const Zone zone("closestPointsBatch");
+  // contactPairTest is not const, but leaves the world as it is.
+  ClosestBatch batch(const_cast<btGpuDynamicsWorld&>(*this), *state, queries, answers, static_cast<std::size_t>(count));
+  batch.find(engineFor(*state, count));
+}
+
+void btGpuDynamicsWorld::closestPointsBatch(const std::vector<btGpuClosestQuery>& queries,
+                                            std::vector<btGpuClosestPoints>& answers) const {
+  answers.resize(queries.size());
+  closestPointsBatch(queries.data(), answers.data(), static_cast<int>(queries.size()));
 }

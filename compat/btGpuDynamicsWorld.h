@@ -195,6 +195,8 @@ struct btGpuStatistics {
   int m_launches = 0, m_waits = 0;
   /// Of rayTestBatch: rays that went to the device, and those that the CPU cast all by itself.
   unsigned long long m_deviceRays = 0, m_hostRays = 0;
+  /// Likewise of closestPointsBatch: pairs; a pair that contactPairTest was asked for is the CPU's.
+  unsigned long long m_devicePairs = 0, m_hostPairs = 0;
   double m_translateMs = 0;  ///< host time that reading Bullet's objects and writing them back took
   double m_deviceMs = 0;     ///< from the launch of the step to its results on the host
   double m_waitMs = 0;       ///< of that, the time in which the host had nothing to do but wait
@@ -248,6 +250,16 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   /// device everything is. Does not throw; not for two threads at once.
   void rayTestBatch(const btGpuRay* rays, btGpuRayHit* hits, int count) const;
   void rayTestBatch(const std::vector<btGpuRay>& rays, std::vector<btGpuRayHit>& hits) const;
+
+  /// The same of convexSweepTest; on the CPU so far, by Bullet itself on several threads.
+  void convexSweepBatch(const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) const;
+  void convexSweepBatch(const std::vector<btGpuSweep>& sweeps, std::vector<btGpuSweepHit>& hits) const;
+
+  /// Closest points of pairs of objects, by the same functions that find contacts on the device; of pairs with a shape
+  /// that it lacks by contactPairTest, one after the other.
+  void closestPointsBatch(const btGpuClosestQuery* queries, btGpuClosestPoints* answers, int count) const;
+  void closestPointsBatch(const std::vector<btGpuClosestQuery>& queries, std::vector<btGpuClosestPoints>& answers)
+      const;
 
   /// As in the base class; a zone of the profile (docs/profile.md).
   virtual int stepSimulation(btScalar timeStep, int maxSubSteps = 1,

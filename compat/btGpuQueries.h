@@ -33,4 +33,45 @@ btGpuRayHit {
   btVector3 hitPoint(const btGpuRay& ray) const { return ray.m_from.lerp(ray.m_to, m_closestHitFraction); }
 };
 
+/// A convex shape on its way, of btGpuDynamicsWorld::convexSweepBatch. One that is not finite, or does not move, hits
+/// nothing.
+ATTRIBUTE_ALIGNED16(struct)
+btGpuSweep {
+  btTransform m_from = btTransform::getIdentity(), m_to = btTransform::getIdentity();
+  const btConvexShape* m_shape = nullptr;  ///< any; null: hits nothing
+  int m_collisionFilterGroup = btBroadphaseProxy::DefaultFilter;
+  int m_collisionFilterMask = btBroadphaseProxy::AllFilter;
+  btScalar m_allowedCcdPenetration = 0;
+  const btCollisionObject* m_ignoredObject = nullptr;  ///< as btGpuRay::m_ignoredObject
+};
+
+/// What btCollisionWorld::ClosestConvexResultCallback would hold after convexSweepTest.
+ATTRIBUTE_ALIGNED16(struct)
+btGpuSweepHit {
+  btVector3 m_hitNormalWorld = btVector3(0, 0, 0), m_hitPointWorld = btVector3(0, 0, 0);
+  const btCollisionObject* m_collisionObject = nullptr;
+  btScalar m_closestHitFraction = 1;
+
+  bool hasHit() const { return m_collisionObject != nullptr; }
+};
+
+/// Two objects, or an object and a ball, of btGpuDynamicsWorld::closestPointsBatch.
+ATTRIBUTE_ALIGNED16(struct)
+btGpuClosestQuery {
+  btVector3 m_point = btVector3(0, 0, 0);
+  const btCollisionObject *m_objectA = nullptr, *m_objectB = nullptr;
+  btScalar m_radius = 0;  ///< where m_objectB is null: B is a ball of this radius, >= 0, around m_point
+  btScalar m_maxDistance = BT_LARGE_FLOAT;  ///< what is farther apart is not found
+};
+
+/// The points of two surfaces that are closest, or by which they leave each other. Found is nothing of what is farther
+/// apart than asked for, not finite, or the same object; then the distance is BT_LARGE_FLOAT.
+ATTRIBUTE_ALIGNED16(struct)
+btGpuClosestPoints {
+  btVector3 m_pointOnA = btVector3(0, 0, 0), m_pointOnB = btVector3(0, 0, 0);
+  btVector3 m_normalOnB = btVector3(0, 0, 0);  ///< unit, from B to A, as in a btManifoldPoint
+  btScalar m_distance = BT_LARGE_FLOAT;        ///< negative: how deep one is inside the other
+  bool m_found = false;
+};
+
 #endif  // BT_GPU_QUERIES_H

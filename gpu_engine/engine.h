@@ -81,6 +81,10 @@ class Engine {
   // Casts rays through `world`, which need have nothing to do with the last step's; may be called during a step. Waits.
   virtual Status castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) noexcept = 0;
 
+  // Closest points of pairs of the shapes in `world`; likewise.
+  virtual Status closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                               std::vector<ClosestAnswer>& answers) noexcept = 0;
+
   // Drops all device state; the next beginStep must come with everything in its change lists.
   virtual void reset() noexcept = 0;
 

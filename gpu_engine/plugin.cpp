@@ -77,6 +77,11 @@ class PluginEngine final : public Engine {
     const ZoneSinkScope scope(m_sink);
     return guarded(m_error, [&] { m_engine.castRays(world, rays, count, results); });
   }
+  Status closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                       std::vector<ClosestAnswer>& answers) noexcept override {
+    const ZoneSinkScope scope(m_sink);
+    return guarded(m_error, [&] { m_engine.closestPoints(world, queries, answers); });
+  }
   void reset() noexcept override {
     guarded(m_error, [&] { m_engine.reset(); });
   }

@@ -379,14 +379,13 @@ void WorldEngine::adaptLaunches(const StepCounters& counters) {
 }
 
 // What is left of a query that failed may still run on its arrays: they go once it has ended.
-void WorldEngine::castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) {
+template <typename Work>
+void WorldEngine::query(const Work& work) {
   if (!m_queries) m_queries = std::make_unique<Queries>(m_device);
-  const auto leave = [this] { m_queries->queue.leaveStages(); };
   try {
-    m_queries->rays.cast(m_queries->queue, world, rays, count, results);
-    leave();
+    const StageZones zones(m_queries->queue);
+    work(*m_queries);
   } catch (...) {
-    leave();
     try {
       m_queries->queue.finish();
     } catch (const OpenClError&) {  // the device is lost
@@ -395,6 +394,21 @@ void WorldEngine::castRays(const QueryWorld& world, const Ray* rays, size_t coun
     throw;
   }
   m_device->programs().saveNext();
+}
+
+void WorldEngine::castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) {
+  query([&](Queries& q) {
+    if (!q.rays) q.rays = std::make_unique<RayCaster>(*m_device);
+    q.rays->cast(q.queue, world, rays, count, results);
+  });
+}
+
+void WorldEngine::closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                                std::vector<ClosestAnswer>& answers) {
+  query([&](Queries& q) {
+    if (!q.closest) q.closest = std::make_unique<ClosestPoints>(*m_device);
+    q.closest->find(q.queue, world, queries, answers);
+  });
 }
 
 EngineInfo describeDevice(const DeviceDescription& d) {

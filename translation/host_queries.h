@@ -34,4 +34,34 @@ bool canCastAtOnce(const btDiscreteDynamicsWorld& world);
 void castAgainst(const btCollisionObjectArray& objects, const std::uint32_t* positions, const float* enters,
                  std::size_t count, const HostRay& ray, HostRayHit& hit);
 
+// A sweep for Bullet, and its first hit.
+struct HostSweep {
+  const btConvexShape* shape;
+  btTransform from, to;
+  int filterGroup, filterMask;
+  btScalar allowedPenetration;
+  const btCollisionObject* ignored;
+};
+struct HostSweepHit {
+  const btCollisionObject* object = nullptr;
+  btVector3 normal = btVector3(0, 0, 0), point = btVector3(0, 0, 0);
+  btScalar fraction = 1;
+};
+// btCollisionWorld::convexSweepTest; at once as castThroughWorld, if the shapes that move bear it, too.
+HostSweepHit sweepThroughWorld(const btDiscreteDynamicsWorld& world, const HostSweep& sweep);
+bool bearsThreads(const btCollisionShape& shape);
+
+// What the device's kernel does, on several threads.
+void closestOnHost(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                   std::vector<ClosestAnswer>& answers);
+
+// The closest points of two objects, by contactPairTest. One after the other: the world's dispatcher takes part.
+struct HostClosest {
+  bool found = false;
+  btVector3 onA, onB, normalOnB;
+  btScalar distance;
+};
+HostClosest closestByContactTest(btDiscreteDynamicsWorld& world, const btCollisionObject& a, const btCollisionObject& b,
+                                 btScalar limit);
+
 BTGPU_TRANSLATION_END

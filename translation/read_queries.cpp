@@ -80,20 +80,19 @@ void QueryReader::read(const btDiscreteDynamicsWorld& world, QueryBounds bounds,
   if (changed) ++m_world.version;
 }
 
-// Of the shapes that the reader knows, those that kernels/lib/ray_cast.h has a test for.
-bool QueryReader::isTested(int shapeIndex) const {
+// Of the shapes that the reader knows, those that kernels/lib/closest_points.h knows, too.
+bool QueryReader::isConvexOrPlane(int shapeIndex) const {
   if (shapeIndex < 0) return false;
-  switch (m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)].type) {
-    case SHAPE_SPHERE:
-    case SHAPE_PLANE:
-      return true;
-    case SHAPE_BOX:
-    case SHAPE_CAPSULE:
-    case SHAPE_HULL:
-      return sizeof(btScalar) == sizeof(float);
-    default:
-      return false;
-  }
+  const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
+  return type == SHAPE_SPHERE || type == SHAPE_BOX || type == SHAPE_PLANE || type == SHAPE_CAPSULE ||
+         type == SHAPE_HULL;
+}
+
+// Those that kernels/lib/ray_cast.h has a test for: in a double world only what does not need Bullet's own bits.
+bool QueryReader::isTested(int shapeIndex) const {
+  if (!isConvexOrPlane(shapeIndex)) return false;
+  const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
+  return sizeof(btScalar) == sizeof(float) || type == SHAPE_SPHERE || type == SHAPE_PLANE;
 }
 
 void QueryReader::findItems(const btCollisionObjectArray& objects) {
@@ -103,6 +102,7 @@ void QueryReader::findItems(const btCollisionObjectArray& objects) {
   m_positions.clear();
   for (int k = 0; k < objects.size(); ++k) m_positions.emplace_back(objects[k], k);
   std::sort(m_positions.begin(), m_positions.end());
+  m_shapeOf.assign(static_cast<std::size_t>(objects.size()), -1);
   m_shapes.begin();
   FallbackList ignored;
   for (int k = 0; k < objects.size(); ++k) {
@@ -113,6 +113,7 @@ void QueryReader::findItems(const btCollisionObjectArray& objects) {
     const btCollisionShape& shape = *object.getCollisionShape();
     if (isExactly<btCompoundShape>(shape) && addChildren(object, position)) continue;
     const int index = m_shapes.read(&shape, m_world.shapes, ignored, ignored);
+    if (isConvexOrPlane(index)) m_shapeOf[static_cast<std::size_t>(k)] = index;
     if (isTested(index)) {
       m_device.push_back({&object, position, index, -1});
     } else {

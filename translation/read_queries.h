@@ -24,6 +24,9 @@ class QueryReader {
   const QueryWorld& world() const { return m_world; }
   // In the array of the world that was read last; -1 if an object is not in it. The pointer is not followed.
   int positionOf(const btCollisionObject* object) const;
+  // Shape of the object at a position in the array: index in world().shapes, or -1 if it is not one that the device has
+  // closest points for.
+  int shapeOf(int position) const { return m_shapeOf[static_cast<std::size_t>(position)]; }
   // Shapes that Bullet itself has to be asked for, by name; of the last read.
   const FallbackList& hostShares() const { return m_hostShares; }
 
@@ -36,6 +39,7 @@ class QueryReader {
   };
   void findItems(const btCollisionObjectArray& objects);
   bool addChildren(const btCollisionObject& object, std::uint32_t position);
+  bool isConvexOrPlane(int shapeIndex) const;
   bool isTested(int shapeIndex) const;
   void fill(const std::vector<Found>& found, bool onHost, const double (&origin)[3], QueryItems& items);
   Aabb boundsOf(const Found& found, const double (&origin)[3]) const;
@@ -48,6 +52,7 @@ class QueryReader {
   bool m_dbvt = false;  // the broadphase is Bullet's btDbvtBroadphase
   QueryWorld m_world;
   FallbackList m_hostShares;
+  std::vector<int> m_shapeOf;
   std::vector<std::pair<const btCollisionObject*, int>> m_positions;  // sorted by address
 };
 

@@ -43,5 +43,20 @@ STRUCT(CompoundChild) {
   int unused[3];
 };
 
+// Two convex shapes or a plane, wherever they are.
+STRUCT(ClosestQuery) {
+  ItemPose poseA, poseB;  // relative to A's position, for accuracy
+  int shapeA, shapeB;     // B: -1 for a sphere of radiusB
+  float radiusB;          // length
+  float limit;            // length; shapes farther apart are not looked at
+};
+
+STRUCT(ClosestAnswer) {
+  float4 onA, onB;  // on the surfaces, as the poses are; w = 0
+  float4 normal;    // unit, from B to A; w: distance, negative inside
+  int found;        // 0: farther apart than the limit
+  int unused[3];
+};
+
 BTGPU_END
 #endif

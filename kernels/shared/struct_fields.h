@@ -105,6 +105,12 @@
   SIZE(CompoundChild, 128)                                                                                  \
     FIELD(CompoundChild, pose) FIELD(CompoundChild, objectAabb) FIELD(CompoundChild, childAabb)             \
     FIELD(CompoundChild, child) FIELD(CompoundChild, unused)                                                \
+  SIZE(ClosestQuery, 112)                                                                                   \
+    FIELD(ClosestQuery, poseA) FIELD(ClosestQuery, poseB) FIELD(ClosestQuery, shapeA)                       \
+    FIELD(ClosestQuery, shapeB) FIELD(ClosestQuery, radiusB) FIELD(ClosestQuery, limit)                     \
+  SIZE(ClosestAnswer, 64)                                                                                   \
+    FIELD(ClosestAnswer, onA) FIELD(ClosestAnswer, onB) FIELD(ClosestAnswer, normal)                        \
+    FIELD(ClosestAnswer, found) FIELD(ClosestAnswer, unused)                                                \
   SIZE(HullFace, 32)                                                                                        \
     FIELD(HullFace, plane) FIELD(HullFace, firstCorner) FIELD(HullFace, cornerCount)                        \
     FIELD(HullFace, unused)                                                                                 \

@@ -170,7 +170,8 @@ struct Yard {
     return c;
   }
   // The device does what stock does, operation by operation (in a double world only
-  // spheres, exactly, and planes; all else there is the host's); what differs are hits as near as another one. The bound for those is one ray in 1000.
+  // spheres, exactly, and planes; all else there is the host's); what differs are hits as near as another one. The
+  // issue's bound for those is one ray in 1000.
   void expectSame(const std::vector<btGpuRay>& rays, const char* what) {
     const Counts c = compare(rays);
     const int ties = std::max(1, c.rays / 1000);
