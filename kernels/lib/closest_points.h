@@ -27,12 +27,12 @@ LIB ClosestAnswer farApart(void) {
 
 // A convex shape over a plane: its lowest point. `toShape`: from the plane's position to the shape's. onShape and
 // onPlane count from there too.
-LIB float overPlane(Shape shape, Matrix3 r, Hulls hulls, float4 toShape, float4 normal, float constant,
+LIB float overPlane(Shape shape, Matrix3 r, Hulls hulls, float4 toShape, float4 normal, float height,
                        REF(float4) onShape, REF(float4) onPlane) {
   const Core core = coreOf(shape);
   const float4 lowest = coreVertex(core, hulls, coreSupport(core, hulls, -mulTransposed(r, normal)));
   *onShape = toShape + mulMatrix(r, lowest) - normal * shape.margin;
-  const float distance = dot3(*onShape, normal) - constant;
+  const float distance = dot3(*onShape, normal) - height;
   *onPlane = *onShape - normal * distance;
   return distance;
 }
