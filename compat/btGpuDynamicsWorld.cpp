@@ -39,8 +39,9 @@ void sayOnce(const std::string& line) {
 
 void sayNoEngine(const std::string& reason) { sayOnce(reason + "; the world goes on on Bullet's own CPU path"); }
 
-// The engine of a world, created at its first step. Null if there is none to be had.
-btgpu::Engine* engineOf(WorldState& state) {
+}  // namespace
+
+btgpu::Engine* btgpu::engineOf(WorldState& state) {
   if (state.engine || !state.engineError.empty()) return state.engine.get();
   const btgpu::Zone zone("createEngine");
   btgpu::EngineSettings settings;
@@ -68,6 +69,8 @@ btgpu::Engine* engineOf(WorldState& state) {
   }
   return state.engine.get();
 }
+
+namespace {
 
 // The device or its memory is gone: the world goes on without it for a while. Bullet's objects still hold the state
 // before the step, so nothing is lost but the accumulated impulses.

@@ -11,6 +11,8 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "btGpuQueries.h"
+
 #include <functional>
 #include <optional>
 #include <string>
@@ -144,6 +146,9 @@ struct btGpuSettings {
   /// limit; but 0 if m_device is set, another solver than Parity, or anything that looks at the device's steps, such as
   /// the cross-check or a profile.
   int m_smallWorld = -1;
+  /// A batch of fewer queries than this (rayTestBatch) is answered on the CPU. Negative: a measured limit, a higher one
+  /// while the world has no device yet, which would have to be opened first.
+  int m_smallBatch = -1;
   /// Times each stage of the step by device events; slows the step.
   bool m_profile = false;
   /// Times host zones and device stages and writes them to this file: a table if it ends in .csv, else a trace for
@@ -200,6 +205,10 @@ struct btGpuStatistics {
   std::string m_firstAssertion;               ///< the first of these, in words
   unsigned m_pairs = 0, m_contactManifolds = 0, m_contactPoints = 0, m_colours = 0;
   int m_launches = 0, m_waits = 0;
+  /// Of rayTestBatch: rays that went to the device, and those that the CPU cast all by itself.
+  unsigned long long m_deviceRays = 0, m_hostRays = 0;
+  /// Likewise of closestPointsBatch: pairs; a pair that contactPairTest was asked for is the CPU's.
+  unsigned long long m_devicePairs = 0, m_hostPairs = 0;
   double m_translateMs = 0;  ///< host time that reading Bullet's objects and writing them back took
   double m_deviceMs = 0;     ///< from the launch of the step to its results on the host
   double m_waitMs = 0;       ///< of that, the time in which the host had nothing to do but wait
@@ -245,6 +254,24 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   /// Stage times since the last call, in the order of the stages; empty unless btGpuSettings::m_profile is
   /// set.
   std::vector<btGpuStageTime> takeProfile();
+
+  /// The first hit of each of `count` rays, any number: hits[i] is what rayTest(rays[i], ClosestRayResultCallback)
+  /// would find now, right after a step or at any other time, in callbacks too; to the bit in a float world, but that
+  /// of several hits as near that of the first object in the world counts. Hits and rays may not overlap. Objects whose
+  /// shape the device lacks are asked by Bullet itself, on several threads, and named in the fallback report; without a
+  /// device everything is. Does not throw; not for two threads at once.
+  void rayTestBatch(const btGpuRay* rays, btGpuRayHit* hits, int count) const;
+  void rayTestBatch(const std::vector<btGpuRay>& rays, std::vector<btGpuRayHit>& hits) const;
+
+  /// The same of convexSweepTest; on the CPU so far, by Bullet itself on several threads.
+  void convexSweepBatch(const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) const;
+  void convexSweepBatch(const std::vector<btGpuSweep>& sweeps, std::vector<btGpuSweepHit>& hits) const;
+
+  /// Closest points of pairs of objects, by the same functions that find contacts on the device; of pairs with a shape
+  /// that it lacks by contactPairTest, one after the other.
+  void closestPointsBatch(const btGpuClosestQuery* queries, btGpuClosestPoints* answers, int count) const;
+  void closestPointsBatch(const std::vector<btGpuClosestQuery>& queries, std::vector<btGpuClosestPoints>& answers)
+      const;
 
   /// As in the base class; a zone of the profile (docs/profile.md).
   virtual int stepSimulation(btScalar timeStep, int maxSubSteps = 1,

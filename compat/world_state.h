@@ -14,6 +14,7 @@
 #include "../translation/fallback_list.h"
 #include "../translation/host_contacts.h"
 #include "../translation/read_joints.h"
+#include "../translation/read_queries.h"
 #include "../translation/read_world.h"
 #include "../translation/world_loops.h"
 #include "btGpuDynamicsWorld.h"
@@ -92,6 +93,10 @@ struct WorldState {
     contactsBehind = false;
   }
 
+  QueryReader queries;  // of batches, with what goes down and comes up
+  std::vector<Ray> deviceRays;
+  RayResults rayResults;
+
   FallbackList fallbacks;
   btGpuStatistics statistics;
 };
@@ -100,5 +105,8 @@ struct WorldState {
 std::shared_ptr<WorldState> findState(const btGpuDynamicsWorld* world);
 std::shared_ptr<WorldState> replaceState(const btGpuDynamicsWorld* world, const btGpuSettings& settings);
 void eraseState(const btGpuDynamicsWorld* world);
+
+// The engine of a world, made when it is first asked for. Null if there is none to be had.
+Engine* engineOf(WorldState& state);
 
 BTGPU_TRANSLATION_END

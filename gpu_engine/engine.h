@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "query_world.h"
 #include "step_results.h"
 #include "step_settings.h"
 #include "world_input.h"
@@ -78,6 +79,13 @@ class Engine {
   // The manifolds after the last finished step, in pair order, those without points included.
   // A and B as in WorldInput::manifolds: slots of shapes, where they are compounds'.
   virtual Status readManifolds(std::vector<Manifold>& manifolds) noexcept = 0;
+
+  // Casts rays through `world`, which need have nothing to do with the last step's; may be called during a step. Waits.
+  virtual Status castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) noexcept = 0;
+
+  // Closest points of pairs of the shapes in `world`; likewise.
+  virtual Status closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                               std::vector<ClosestAnswer>& answers) noexcept = 0;
 
   // Drops all device state; the next beginStep must come with everything in its change lists.
   virtual void reset() noexcept = 0;

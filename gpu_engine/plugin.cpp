@@ -74,6 +74,15 @@ class PluginEngine final : public Engine {
   Status readManifolds(std::vector<Manifold>& manifolds) noexcept override {
     return guarded(m_error, [&] { m_engine.readManifolds(manifolds); });
   }
+  Status castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) noexcept override {
+    const ZoneSinkScope scope(m_sink);
+    return guarded(m_error, [&] { m_engine.castRays(world, rays, count, results); });
+  }
+  Status closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                       std::vector<ClosestAnswer>& answers) noexcept override {
+    const ZoneSinkScope scope(m_sink);
+    return guarded(m_error, [&] { m_engine.closestPoints(world, queries, answers); });
+  }
   void reset() noexcept override {
     guarded(m_error, [&] { m_engine.reset(); });
   }

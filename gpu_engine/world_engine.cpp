@@ -384,6 +384,39 @@ void WorldEngine::adaptLaunches(const StepCounters& counters) {
   c.colourRounds = approach(c.colourRounds, counters.colourRounds > 0 ? counters.colourRounds + 1 : 0);
 }
 
+// What is left of a query that failed may still run on its arrays: they go once it has ended.
+template <typename Work>
+void WorldEngine::query(const Work& work) {
+  if (!m_queries) m_queries = std::make_unique<Queries>(m_device);
+  try {
+    const StageZones zones(m_queries->queue);
+    work(*m_queries);
+  } catch (...) {
+    try {
+      m_queries->queue.finish();
+    } catch (const OpenClError&) {  // the device is lost
+    }
+    m_queries.reset();
+    throw;
+  }
+  m_device->programs().saveNext();
+}
+
+void WorldEngine::castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) {
+  query([&](Queries& q) {
+    if (!q.rays) q.rays = std::make_unique<RayCaster>(*m_device);
+    q.rays->cast(q.queue, world, rays, count, results);
+  });
+}
+
+void WorldEngine::closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                                std::vector<ClosestAnswer>& answers) {
+  query([&](Queries& q) {
+    if (!q.closest) q.closest = std::make_unique<ClosestPoints>(*m_device);
+    q.closest->find(q.queue, world, queries, answers);
+  });
+}
+
 EngineInfo describeDevice(const DeviceDescription& d) {
   EngineInfo info;
   info.device = d.name;

@@ -8,6 +8,8 @@
 #include "opencl/host_array.h"
 #include "opencl/program_cache.h"
 #include "pipeline.h"
+#include "queries/closest_points.h"
+#include "queries/ray_caster.h"
 
 namespace btgpu {
 
@@ -31,6 +33,9 @@ class WorldEngine {
   void begin(const WorldInput& input, const StepSettings& settings);
   void finish(StepResults& results);
   void readManifolds(std::vector<Manifold>& manifolds);
+  void closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                     std::vector<ClosestAnswer>& answers);
+  void castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results);
   void reset();
   EngineInfo info() const;
   std::vector<StageProfile> takeProfile(ZoneSink* sink);
@@ -86,6 +91,16 @@ class WorldEngine {
   HostStages m_hostStages;
   Pipeline m_pipeline;
   std::unique_ptr<DeviceWorld> m_world;
+  // Made by the first query; with a queue of their own, as a step may be under way.
+  struct Queries {
+    explicit Queries(const std::shared_ptr<ComputeDevice>& device) : queue(device, false) {}
+    Queue queue;
+    std::unique_ptr<RayCaster> rays;  // each made when it is first asked
+    std::unique_ptr<ClosestPoints> closest;
+  };
+  template <typename Work>
+  void query(const Work& work);
+  std::unique_ptr<Queries> m_queries;
   WorldTraits m_traits;
   Flight m_flights[2];  // the step that was begun, and the one ahead of it
   int m_current = 0;    // which of them was begun

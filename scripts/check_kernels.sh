@@ -25,7 +25,7 @@ variants() {  # FILE
 }
 
 failed=0
-for file in kernels/stages/*.cl kernels/primitives/*.cl; do
+for file in kernels/stages/*.cl kernels/queries/*.cl kernels/primitives/*.cl; do
   for variant in $(variants "$file"); do
     for shape in CPU GPU; do
       for debug in -UBTGPU_DEBUG -DBTGPU_DEBUG; do

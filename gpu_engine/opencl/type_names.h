@@ -7,6 +7,7 @@
 #include "../../kernels/shared/bvh.h"
 #include "../../kernels/shared/contact.h"
 #include "../../kernels/shared/joint.h"
+#include "../../kernels/shared/query.h"
 #include "../../kernels/shared/rows.h"
 #include "../../kernels/shared/shape.h"
 #include "../../kernels/shared/soft.h"
@@ -39,14 +40,20 @@ BTGPU_TYPE_NAME(BodyStep)
 BTGPU_TYPE_NAME(BodyVelocity)
 BTGPU_TYPE_NAME(BvhLevels)
 BTGPU_TYPE_NAME(ClosestFeatures)
+BTGPU_TYPE_NAME(ClosestAnswer)
+BTGPU_TYPE_NAME(ClosestQuery)
+BTGPU_TYPE_NAME(CompoundChild)
 BTGPU_TYPE_NAME(HullEdge)
 BTGPU_TYPE_NAME(HullFace)
+BTGPU_TYPE_NAME(ItemPose)
 BTGPU_TYPE_NAME(Joint)
 BTGPU_TYPE_NAME(JointEffect)
 BTGPU_TYPE_NAME(JointRow)
 BTGPU_TYPE_NAME(Manifold)
 BTGPU_TYPE_NAME(Pair)
 BTGPU_TYPE_NAME(RawContacts)
+BTGPU_TYPE_NAME(Ray)
+BTGPU_TYPE_NAME(RayHit)
 BTGPU_TYPE_NAME(SeparatingAxis)
 BTGPU_TYPE_NAME(Shape)
 BTGPU_TYPE_NAME(SlotHeader)

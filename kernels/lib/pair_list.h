@@ -18,7 +18,7 @@ static inline int mayMeet(CHECKS uint i, BodyInfo info, uint j, __global const B
 // Nothing that mayMeet() asks an item for has changed.
 static inline int sameFilter(BodyInfo a, BodyInfo b) {
   return isCollidable(a) == isCollidable(b) && a.filterGroup == b.filterGroup && a.filterMask == b.filterMask &&
-         ((a.flags ^ b.flags) & BODY_CHILD) == 0 && a.parent == b.parent;
+         ((a.flags ^ b.flags) & (BODY_CHILD | BODY_COMPOUND | BODY_STATIC | BODY_KINEMATIC)) == 0 && a.parent == b.parent;
 }
 
 // Where a pair goes: behind the pairs of lower bodies, at any free place among those of its own. counts[] says how many

@@ -10,6 +10,7 @@
 #include "contact.h"
 #include "debug.h"
 #include "joint.h"
+#include "query.h"
 #include "rows.h"
 #include "shape.h"
 #include "soft.h"
@@ -94,6 +95,23 @@
     FIELD(Shape, extents) FIELD(Shape, centre) FIELD(Shape, firstVertex) FIELD(Shape, vertexCount)          \
     FIELD(Shape, firstFace) FIELD(Shape, faceCount) FIELD(Shape, firstEdge) FIELD(Shape, edgeCount)         \
     FIELD(Shape, unused2)                                                                                   \
+  SIZE(Ray, 48)                                                                                             \
+    FIELD(Ray, from) FIELD(Ray, to) FIELD(Ray, filterGroup) FIELD(Ray, filterMask) FIELD(Ray, flags)        \
+    FIELD(Ray, ignored)                                                                                     \
+  SIZE(ItemPose, 48)                                                                                        \
+    FIELD(ItemPose, row0) FIELD(ItemPose, row1) FIELD(ItemPose, row2)                                       \
+  SIZE(RayHit, 32)                                                                                          \
+    FIELD(RayHit, normal) FIELD(RayHit, object) FIELD(RayHit, part) FIELD(RayHit, triangle)                 \
+    FIELD(RayHit, unused)                                                                                   \
+  SIZE(CompoundChild, 128)                                                                                  \
+    FIELD(CompoundChild, pose) FIELD(CompoundChild, objectAabb) FIELD(CompoundChild, childAabb)             \
+    FIELD(CompoundChild, child) FIELD(CompoundChild, unused)                                                \
+  SIZE(ClosestQuery, 112)                                                                                   \
+    FIELD(ClosestQuery, poseA) FIELD(ClosestQuery, poseB) FIELD(ClosestQuery, shapeA)                       \
+    FIELD(ClosestQuery, shapeB) FIELD(ClosestQuery, radiusB) FIELD(ClosestQuery, limit)                     \
+  SIZE(ClosestAnswer, 64)                                                                                   \
+    FIELD(ClosestAnswer, onA) FIELD(ClosestAnswer, onB) FIELD(ClosestAnswer, normal)                        \
+    FIELD(ClosestAnswer, found) FIELD(ClosestAnswer, unused)                                                \
   SIZE(HullFace, 32)                                                                                        \
     FIELD(HullFace, plane) FIELD(HullFace, firstCorner) FIELD(HullFace, cornerCount)                        \
     FIELD(HullFace, unused)                                                                                 \

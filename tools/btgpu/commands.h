@@ -25,6 +25,7 @@ Command addConvergenceCommand(CLI::App& tool);
 Command addReplayCommand(CLI::App& tool);
 Command addProfileCommand(CLI::App& tool);
 Command addQualityCommand(CLI::App& tool);
+Command addRaysCommand(CLI::App& tool);
 
 // An empty value would be taken for none: a script's variable that is not set.
 inline const CLI::Validator kNotEmpty(

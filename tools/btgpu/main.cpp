@@ -26,7 +26,8 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   const std::vector<Command> commands = {addInfoCommand(app),       addScenesCommand(app),      addCompareCommand(app),
                                          addCrosscheckCommand(app), addBenchCommand(app),       addReplayCommand(app),
-                                         addProfileCommand(app),    addConvergenceCommand(app), addQualityCommand(app)};
+                                         addProfileCommand(app),    addConvergenceCommand(app), addQualityCommand(app),
+                                         addRaysCommand(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -27,6 +27,13 @@ class RecordingEngine : public Engine {
   Status readManifolds(std::vector<Manifold>& manifolds) noexcept override {
     return m_engine->readManifolds(manifolds);
   }
+  Status castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) noexcept override {
+    return m_engine->castRays(world, rays, count, results);
+  }
+  Status closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
+                       std::vector<ClosestAnswer>& answers) noexcept override {
+    return m_engine->closestPoints(world, queries, answers);
+  }
   void reset() noexcept override { m_engine->reset(); }
   EngineInfo info() const noexcept override { return m_engine->info(); }
   std::vector<StageProfile> takeProfile() noexcept override { return m_engine->takeProfile(); }

@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// btGpuDynamicsWorld's batched queries: on the device if there is one and the batch is worth it, what it has no test
+// for by Bullet itself, and all of it by Bullet on several threads where there is no device.
+#include <algorithm>
+#include <cmath>
+
+#include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
+
+#include "../translation/convert.h"
+#include "../translation/exact_type.h"
+#include "../translation/host_queries.h"
+#include "../translation/parallel.h"
+#include "world_state.h"
+
+BTGPU_TRANSLATION_BEGIN
+namespace {
+
+constexpr std::size_t kGrain = 256;  // rays a thread takes at a time
+// Rays that go to the device at once; fewer where each may bring a list of objects for the host.
+constexpr std::size_t kRays = 1 << 20, kRaysWithHost = 1 << 17;
+// Batches that the CPU has answered before a device has, and before one has been opened.
+constexpr int kSmallBatch = 2000, kSmallFirstBatch = 100000;
+
+bool isFinite(const btVector3& v) { return std::isfinite(double(v.x() + v.y() + v.z())); }
+
+// False for what hits nothing by definition.
+bool isRay(const btGpuRay& ray) {
+  return isFinite(ray.m_from) && isFinite(ray.m_to) && isFinite(ray.m_to - ray.m_from) &&
+         (ray.m_to - ray.m_from).length2() > btScalar(0);
+}
+bool isForHost(const btGpuRay& ray) {
+  return (ray.m_flags & btTriangleRaycastCallback::kF_UseGjkConvexCastRaytest) != 0;
+}
+
+HostRay toHost(const btGpuRay& ray) {
+  return {ray.m_from,  ray.m_to,           ray.m_collisionFilterGroup, ray.m_collisionFilterMask,
+          ray.m_flags, ray.m_ignoredObject};
+}
+
+void give(const HostRayHit& from, btGpuRayHit& to) {
+  to.m_collisionObject = from.object;
+  to.m_closestHitFraction = from.fraction;
+  to.m_hitNormalWorld = from.normal;
+  to.m_shapePart = from.part;
+  to.m_triangleIndex = from.triangle;
+}
+
+class RayBatch {
+ public:
+  RayBatch(const btDiscreteDynamicsWorld& world, WorldState& state, const btGpuRay* rays, btGpuRayHit* hits)
+      : m_world(world), m_objects(world.getCollisionObjectArray()), m_state(state), m_rays(rays), m_hits(hits) {}
+
+  // False if the device failed: nothing has come of it.
+  bool castOnDevice(Engine& engine, std::size_t count, bool broadphaseIsCurrent);
+  void castOnHost(std::size_t first, std::size_t last, bool only(const btGpuRay&));
+  std::size_t onHost() const { return m_onHost; }
+
+ private:
+  Ray toDevice(const btGpuRay& ray) const;
+  void takeHits(std::size_t first, std::size_t count);
+  void askHost(std::size_t first, std::size_t count);
+  template <typename Work>
+  void forEach(std::size_t count, bool atOnce, const Work& work) {
+    if (atOnce) {
+      parallelFor(count, kGrain, work);
+    } else {
+      work(0, count);
+    }
+  }
+
+  const btDiscreteDynamicsWorld& m_world;
+  const btCollisionObjectArray& m_objects;
+  WorldState& m_state;
+  const btGpuRay* m_rays;
+  btGpuRayHit* m_hits;
+  double m_origin[3] = {0, 0, 0};
+  bool m_threads = false;
+  std::size_t m_onHost = 0;  // rays that the host cast
+};
+
+Ray RayBatch::toDevice(const btGpuRay& ray) const {
+  Ray out;
+  out.from = toLocal(ray.m_from, m_origin);
+  out.to = toLocal(ray.m_to, m_origin);
+  out.filterGroup = ray.m_collisionFilterGroup;
+  out.filterMask = ray.m_collisionFilterMask;
+  out.flags = ray.m_flags & (RAY_FILTER_BACKFACES | RAY_KEEP_UNFLIPPED_NORMAL);
+  if (!isRay(ray) || isForHost(ray)) out.flags |= RAY_OFF;
+  out.ignored = NO_INDEX;
+  if (ray.m_ignoredObject) {
+    // Its place may be looked up only if it is still there.
+    const int place = m_state.queries.positionOf(ray.m_ignoredObject);
+    if (place >= 0) out.ignored = static_cast<std::uint32_t>(place);
+  }
+  return out;
+}
+
+bool RayBatch::castOnDevice(Engine& engine, std::size_t count, bool broadphaseIsCurrent) {
+  std::copy_n(m_state.reader.input().regionOrigin, 3, m_origin);
+  const bool asks = broadphaseIsCurrent && !isExactly<btSimpleBroadphase>(*m_world.getBroadphase());
+  {
+    const Zone zone("readQueries");
+    m_state.queries.read(m_world, asks ? QueryBounds::Broadphase : QueryBounds::Shapes, m_origin);
+  }
+  const bool host = !m_state.queries.world().host.infos.empty();
+  m_threads = host && bearsThreads(m_objects);
+  const std::size_t chunk = host ? kRaysWithHost : kRays;
+  for (std::size_t first = 0; first < count; first += chunk) {
+    const std::size_t n = std::min(chunk, count - first);
+    m_state.deviceRays.resize(n);
+    parallelFor(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) m_state.deviceRays[i] = toDevice(m_rays[first + i]);
+    });
+    const Zone zone("castRays");
+    if (engine.castRays(m_state.queries.world(), m_state.deviceRays.data(), n, m_state.rayResults) != Status::Ok)
+      return false;
+    takeHits(first, n);
+    if (host) askHost(first, n);
+  }
+  for (const auto& share : m_state.queries.hostShares().entries()) m_state.fallbacks.addShare(share.what, share.reason);
+  return true;
+}
+
+void RayBatch::takeHits(std::size_t first, std::size_t count) {
+  parallelFor(count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const RayHit& from = m_state.rayResults.hits[i];
+      btGpuRayHit& to = m_hits[first + i];
+      to.m_collisionObject = from.object == NO_INDEX ? nullptr : m_objects[static_cast<int>(from.object)];
+      to.m_closestHitFraction = btScalar(from.normal.w);
+      to.m_hitNormalWorld = toBullet(from.normal);
+      to.m_shapePart = from.part;
+      to.m_triangleIndex = from.triangle;
+    }
+  });
+}
+
+// What the rays may hit of objects that the device has no test for.
+void RayBatch::askHost(std::size_t first, std::size_t count) {
+  const Zone zone("raysOnHost");
+  const RayResults& r = m_state.rayResults;
+  forEach(count, m_threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t from = r.hostFirst[i], to = r.hostFirst[i + 1];
+      if (from == to) continue;
+      btGpuRayHit& known = m_hits[first + i];
+      HostRayHit hit;
+      hit.object = known.m_collisionObject;
+      hit.normal = known.m_hitNormalWorld;
+      hit.fraction = known.m_closestHitFraction;
+      hit.part = known.m_shapePart;
+      hit.triangle = known.m_triangleIndex;
+      castAgainst(m_objects, &r.hostObjects[from], &r.hostEnters[from], to - from, toHost(m_rays[first + i]), hit);
+      give(hit, known);
+    }
+  });
+}
+
+// The rays that `only` lets through.
+void RayBatch::castOnHost(std::size_t first, std::size_t last, bool only(const btGpuRay&)) {
+  const Zone zone("raysOnHost");
+  forEach(last - first, canCastAtOnce(m_world), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = first + begin; i < first + end; ++i) {
+      if (only(m_rays[i]))
+        give(isRay(m_rays[i]) ? castThroughWorld(m_world, toHost(m_rays[i])) : HostRayHit(), m_hits[i]);
+    }
+  });
+  m_onHost += static_cast<std::size_t>(std::count_if(m_rays + first, m_rays + last, only));
+}
+
+// The engine for a batch of so many; null if the CPU is to answer it.
+Engine* engineFor(WorldState& state, int count) {
+  const int wanted = state.settings.m_smallBatch;
+  const int small = wanted >= 0 ? wanted : state.engine ? kSmallBatch : kSmallFirstBatch;
+  if (state.settings.m_stockOnly || count < small) return nullptr;
+  return engineOf(state);
+}
+
+bool isFinite(const btTransform& t) {
+  return isFinite(t.getOrigin()) && isFinite(t.getBasis()[0]) && isFinite(t.getBasis()[1]) && isFinite(t.getBasis()[2]);
+}
+
+bool isSweep(const btGpuSweep& sweep) {
+  const btVector3 along = sweep.m_to.getOrigin() - sweep.m_from.getOrigin();
+  return sweep.m_shape && isFinite(sweep.m_from) && isFinite(sweep.m_to) && isFinite(along) &&
+         along.length2() > btScalar(0);
+}
+
+btGpuSweepHit sweepOnHost(const btDiscreteDynamicsWorld& world, const btGpuSweep& sweep) {
+  btGpuSweepHit out;
+  if (!isSweep(sweep)) return out;
+  const HostSweepHit hit =
+      sweepThroughWorld(world, {sweep.m_shape, sweep.m_from, sweep.m_to, sweep.m_collisionFilterGroup,
+                                sweep.m_collisionFilterMask, sweep.m_allowedCcdPenetration, sweep.m_ignoredObject});
+  out.m_collisionObject = hit.object;
+  out.m_closestHitFraction = hit.fraction;
+  out.m_hitNormalWorld = hit.normal;
+  out.m_hitPointWorld = hit.point;
+  return out;
+}
+
+bool bearThreads(const btGpuSweep* sweeps, std::size_t count) {
+  const btConvexShape* last = nullptr;
+  for (std::size_t i = 0; i < count; ++i) {
+    const btConvexShape* shape = sweeps[i].m_shape;
+    if (!shape || shape == last) continue;
+    if (!bearsThreads(*shape)) return false;
+    last = shape;
+  }
+  return true;
+}
+
+// ---- closest points ------------------------------------------------------------------------------------------
+
+class ClosestBatch {
+ public:
+  ClosestBatch(btDiscreteDynamicsWorld& world, WorldState& state, const btGpuClosestQuery* queries,
+               btGpuClosestPoints* answers, std::size_t count)
+      : m_world(world), m_state(state), m_queries(queries), m_answers(answers), m_count(count) {}
+
+  void find(Engine* engine);
+
+ private:
+  // Each pair is the device's, the host's or makes no sense.
+  void sort();
+  bool isPair(const btGpuClosestQuery& query) const;
+  int shapeOf(const btCollisionObject* object) const;
+  ClosestQuery toDevice(const btGpuClosestQuery& query, int shapeA, int shapeB) const;
+  void give(const btGpuClosestQuery& query, const ClosestAnswer& from, btGpuClosestPoints& to) const;
+  void askContactTest(const btGpuClosestQuery& query, btGpuClosestPoints& to);
+
+  btDiscreteDynamicsWorld& m_world;
+  WorldState& m_state;
+  const btGpuClosestQuery* m_queries;
+  btGpuClosestPoints* m_answers;
+  std::size_t m_count;
+  std::vector<std::size_t> m_ours, m_others;  // positions
+  std::vector<ClosestQuery> m_down;           // of m_ours
+  std::vector<ClosestAnswer> m_up;
+};
+
+bool ClosestBatch::isPair(const btGpuClosestQuery& q) const {
+  const auto isPlaced = [](const btCollisionObject& o) {
+    return o.getCollisionShape() && isFinite(o.getWorldTransform());
+  };
+  if (!q.m_objectA || q.m_objectA == q.m_objectB || !(q.m_maxDistance == q.m_maxDistance)) return false;
+  if (!isPlaced(*q.m_objectA)) return false;
+  return q.m_objectB ? isPlaced(*q.m_objectB) : isFinite(q.m_point) && q.m_radius >= 0 && q.m_radius < BT_LARGE_FLOAT;
+}
+
+// Of one that is in the world, and has a shape for the device; else -1.
+int ClosestBatch::shapeOf(const btCollisionObject* object) const {
+  const int position = m_state.queries.positionOf(object);
+  return position < 0 ? -1 : m_state.queries.shapeOf(position);
+}
+
+void ClosestBatch::sort() {
+  for (std::size_t i = 0; i < m_count; ++i) {
+    const btGpuClosestQuery& q = m_queries[i];
+    m_answers[i] = btGpuClosestPoints();
+    if (!isPair(q)) continue;
+    const int a = shapeOf(q.m_objectA), b = q.m_objectB ? shapeOf(q.m_objectB) : -1;
+    const auto isPlane = [this](int shape) {
+      return shape >= 0 &&
+             m_state.queries.world().shapes.shapes.values[static_cast<std::size_t>(shape)].type == SHAPE_PLANE;
+    };
+    if (a < 0 || (q.m_objectB && b < 0) || (isPlane(a) && isPlane(b))) {
+      m_others.push_back(i);
+    } else {
+      m_ours.push_back(i);
+      m_down.push_back(toDevice(q, a, b));
+    }
+  }
+}
+
+ClosestQuery ClosestBatch::toDevice(const btGpuClosestQuery& q, int shapeA, int shapeB) const {
+  const btTransform& a = q.m_objectA->getWorldTransform();
+  btTransform b(btQuaternion::getIdentity(), q.m_point);
+  if (q.m_objectB) b = q.m_objectB->getWorldTransform();
+  const btVector3 between = b.getOrigin() - a.getOrigin();
+  ClosestQuery out;
+  float4* rowsA[] = {&out.poseA.row0, &out.poseA.row1, &out.poseA.row2};
+  float4* rowsB[] = {&out.poseB.row0, &out.poseB.row1, &out.poseB.row2};
+  for (int k = 0; k < 3; ++k) {
+    *rowsA[k] = toFloat4(a.getBasis()[k]);
+    *rowsB[k] = toFloat4(b.getBasis()[k], static_cast<float>(between[k]));
+  }
+  out.shapeA = shapeA;
+  out.shapeB = shapeB;
+  out.radiusB = static_cast<float>(q.m_radius);
+  out.limit = static_cast<float>(std::min(q.m_maxDistance, btScalar(BT_LARGE_FLOAT)));
+  return out;
+}
+
+void ClosestBatch::give(const btGpuClosestQuery& query, const ClosestAnswer& from, btGpuClosestPoints& to) const {
+  if (!from.found) return;
+  const btVector3& origin = query.m_objectA->getWorldTransform().getOrigin();
+  to.m_found = true;
+  to.m_distance = btScalar(from.normal.w);
+  to.m_normalOnB = toBullet(from.normal);
+  to.m_pointOnA = origin + toBullet(from.onA);
+  to.m_pointOnB = origin + toBullet(from.onB);
+}
+
+void ClosestBatch::askContactTest(const btGpuClosestQuery& query, btGpuClosestPoints& to) {
+  btSphereShape ball(query.m_radius);
+  btCollisionObject probe;
+  probe.setCollisionShape(&ball);
+  probe.setWorldTransform(btTransform(btQuaternion::getIdentity(), query.m_point));
+  const HostClosest closest =
+      closestByContactTest(m_world, *query.m_objectA, query.m_objectB ? *query.m_objectB : probe, query.m_maxDistance);
+  if (!closest.found) return;
+  to.m_found = true;
+  to.m_distance = closest.distance;
+  to.m_normalOnB = closest.normalOnB;
+  to.m_pointOnA = closest.onA;
+  to.m_pointOnB = closest.onB;
+}
+
+// Without a device the same functions run on the host.
+void ClosestBatch::find(Engine* engine) {
+  m_state.queries.read(m_world, QueryBounds::Shapes, m_state.reader.input().regionOrigin);
+  sort();
+  const bool onDevice = engine && engine->closestPoints(m_state.queries.world(), m_down, m_up) == Status::Ok;
+  if (engine && !onDevice) m_state.fallbacks.addShare("batched closest points", engine->lastError());
+  if (!onDevice) closestOnHost(m_state.queries.world(), m_down, m_up);
+  parallelFor(m_ours.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) give(m_queries[m_ours[k]], m_up[k], m_answers[m_ours[k]]);
+  });
+  for (const std::size_t i : m_others) askContactTest(m_queries[i], m_answers[i]);
+  if (!m_others.empty()) {
+    m_state.fallbacks.addShare("closest points", "pairs with a shape that the device lacks, by contactPairTest",
+                               m_others.size());
+  }
+  m_state.statistics.m_devicePairs += onDevice ? m_ours.size() : 0;
+  m_state.statistics.m_hostPairs += m_count - (onDevice ? m_ours.size() : 0);
+}
+
+}  // namespace
+BTGPU_TRANSLATION_END
+
+void btGpuDynamicsWorld::rayTestBatch(const btGpuRay* rays, btGpuRayHit* hits, int count) const {
+  using namespace btgpu;
+  if (count <= 0) return;
+  const auto state = findState(this);
+  const WorldScope scope(state->zones);
+  const Zone zone("rayTestBatch");
+  const auto n = static_cast<std::size_t>(count);
+  RayBatch batch(*this, *state, rays, hits);
+  const bool broadphaseIsCurrent = state->settings.m_hostQueries || state->lastPath != Path::Device;
+  Engine* engine = engineFor(*state, count);
+  bool done = engine && batch.castOnDevice(*engine, n, broadphaseIsCurrent);
+  if (engine && !done) state->fallbacks.addShare("batched rays", engine->lastError());
+  const bool anyForHost = std::any_of(rays, rays + n, isForHost);
+  if ((!done || anyForHost) && !broadphaseIsCurrent) state->aabbs.update(const_cast<btGpuDynamicsWorld&>(*this));
+  if (!done) batch.castOnHost(0, n, [](const btGpuRay&) { return true; });
+  if (done && anyForHost) {
+    batch.castOnHost(0, n, isForHost);
+    state->fallbacks.addShare("kF_UseGjkConvexCastRaytest", "batched rays by Bullet's own test on the CPU");
+  }
+  state->statistics.m_hostRays += batch.onHost();
+  state->statistics.m_deviceRays += n - batch.onHost();
+}
+
+void btGpuDynamicsWorld::rayTestBatch(const std::vector<btGpuRay>& rays, std::vector<btGpuRayHit>& hits) const {
+  hits.resize(rays.size());
+  rayTestBatch(rays.data(), hits.data(), static_cast<int>(rays.size()));
+}
+
+void btGpuDynamicsWorld::convexSweepBatch(const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) const {
+  using namespace btgpu;
+  if (count <= 0) return;
+  const auto state = findState(this);
+  const WorldScope scope(state->zones);
+  const Zone zone("convexSweepBatch");
+  if (!state->settings.m_hostQueries && state->lastPath == Path::Device)
+    state->aabbs.update(const_cast<btGpuDynamicsWorld&>(*this));
+  const auto n = static_cast<std::size_t>(count);
+  const auto sweepAll = [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) hits[i] = sweepOnHost(*this, sweeps[i]);
+  };
+  if (canCastAtOnce(*this) && bearThreads(sweeps, n)) {
+    parallelFor(n, kGrain, sweepAll);
+  } else {
+    sweepAll(0, n);
+  }
+  state->fallbacks.addShare("batched sweeps", "by Bullet's own test on the CPU");
+}
+
+void btGpuDynamicsWorld::convexSweepBatch(const std::vector<btGpuSweep>& sweeps,
+                                          std::vector<btGpuSweepHit>& hits) const {
+  hits.resize(sweeps.size());
+  convexSweepBatch(sweeps.data(), hits.data(), static_cast<int>(sweeps.size()));
+}
+
+void btGpuDynamicsWorld::closestPointsBatch(const btGpuClosestQuery* queries, btGpuClosestPoints* answers,
+                                            int count) const {
+  using namespace btgpu;
+  if (count <= 0) return;
+  const auto state = findState(this);
+  const WorldScope scope(state->zones);
+  const Zone zone("closestPointsBatch");
+  // contactPairTest is not const, but leaves the world as it is.
+  ClosestBatch batch(const_cast<btGpuDynamicsWorld&>(*this), *state, queries, answers, static_cast<std::size_t>(count));
+  batch.find(engineFor(*state, count));
+}
+
+void btGpuDynamicsWorld::closestPointsBatch(const std::vector<btGpuClosestQuery>& queries,
+                                            std::vector<btGpuClosestPoints>& answers) const {
+  answers.resize(queries.size());
+  closestPointsBatch(queries.data(), answers.data(), static_cast<int>(queries.size()));
+}
