@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "44_find_closest_features_reference.h"
+#include "curved_reference.h"
 #include "pick_points_reference.h"
 
 namespace btgpu {
@@ -175,6 +176,7 @@ RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPo
 void collidePrimitivesReference(const PairArrays& in, std::vector<RawContacts>& contacts) {
   for (size_t i = 0; i < in.pairs.size(); ++i) {
     const Pair& p = in.pairs[i];
+    if (p.bucket == BUCKET_CURVED_PLANE) contacts[i] = curvedPlaneReference(in, p);
     if (!isPrimitive(p.bucket)) continue;
     contacts[i] = collidePrimitivesReference(p.bucket, in.shapeOf(p.bodyA), in.poses[p.bodyA], in.shapeOf(p.bodyB),
                                              in.poses[p.bodyB], in.thresholdOf(p), in.hulls);
@@ -383,6 +385,10 @@ void checkPrimitiveContacts(Contract& contract, const PairArrays& in, const std:
   for (size_t i = 0; i < in.pairs.size(); ++i) {
     const Pair& p = in.pairs[i];
     contract.at("pair {} (bodies {} and {})", i, p.bodyA, p.bodyB);
+    if (p.bucket == BUCKET_CURVED_PLANE) {
+      checkCurvedPlane(contract, in, p, device[i]);
+      continue;
+    }
     if (!isPrimitive(p.bucket)) {
       contract.require(std::memcmp(&device[i], &before[i], sizeof(RawContacts)) == 0, "another stage's candidates");
       continue;

@@ -35,6 +35,14 @@ class Objects {
   btStaticPlaneShape* plane(const btVector3& normal, btScalar constant);
   btCapsuleShape* capsule(btScalar radius, btScalar height);
   btConvexHullShape* hull(const std::vector<btVector3>& points);
+  // Any other shape.
+  template <typename Shape, typename... Args>
+  Shape* shape(Args&&... args) {
+    auto made = std::make_unique<Shape>(std::forward<Args>(args)...);
+    Shape* raw = made.get();
+    m_shapes.push_back(std::move(made));
+    return raw;
+  }
   // Adds a body; mass 0 makes it static.
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btTransform& at);
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at);
