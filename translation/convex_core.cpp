@@ -37,6 +37,7 @@ void addPoint(CorePoints& out, const btVector3& p, btScalar scale) {
 
 // Extents below zero, of shapes that are thinner than their margins, have no inside.
 void addBox(CorePoints& out, const btVector3& half, btScalar scale) {
+  out.isBox = true;
   const btVector3 h(btMax(half.x(), btScalar(0)), btMax(half.y(), btScalar(0)), btMax(half.z(), btScalar(0)));
   for (int i = 0; i < 8; ++i) {
     addPoint(out, btVector3(i & 1 ? h.x() : -h.x(), i & 2 ? h.y() : -h.y(), i & 4 ? h.z() : -h.z()), scale);
@@ -160,6 +161,7 @@ bool readCorePoints(const btCollisionShape& shape, CorePoints& out) {
   out.points.clear();
   out.radii.clear();
   out.stretch = btVector3(1, 1, 1);
+  out.isBox = false;
   if (!shape.isConvex()) return false;
   btScalar scale = 1;
   const auto& convex = static_cast<const btConvexShape&>(shape);

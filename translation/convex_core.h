@@ -22,6 +22,7 @@ struct CorePoints {
   std::vector<float> radii;
   btVector3 stretch{1, 1, 1};  // of these spheres along the shape's axes
   btScalar margin = 0;
+  bool isBox = false;  // Bullet's localGetSupportingVertex() has its corners, not rounded by the margin
 };
 
 // Fills `out`; false for all shapes that are nothing of the kind.

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "read_shapes.h"
 
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -48,6 +50,13 @@ bool hasPolyhedralFeatures(const btCollisionShape& shape) {
   return shape.isPolyhedral() && static_cast<const btPolyhedralConvexShape&>(shape).getConvexPolyhedron() != nullptr;
 }
 
+int hullVariant(const btCollisionShape& shape, const CorePoints& core) {
+  int variant = core.isBox ? HULL_BOX : 0;
+  if (isExactly<btTriangleShape>(shape)) variant |= HULL_TRIANGLE;
+  if (hasPolyhedralFeatures(shape)) variant |= HULL_POLYHEDRAL;
+  return variant;
+}
+
 // Bit for bit; w of the points is always 0.
 bool sameCore(const CorePoints& a, const CorePoints& b) {
   return a.points.size() == b.points.size() && a.radii == b.radii && a.stretch == b.stretch &&
@@ -90,7 +99,7 @@ Shape placedShape(const btCollisionShape& shape, const CorePoints& core, const S
   out.type = core.radii.empty() ? SHAPE_HULL : SHAPE_MULTI_SPHERE;
   if (!core.radii.empty()) out.vertexCount -= 1;  // the last one is how they are stretched
   out.margin = static_cast<float>(core.margin);
-  out.variant = hasPolyhedralFeatures(shape);
+  out.variant = hullVariant(shape, core);
   readBounds(shape, out);
   return out;
 }
@@ -108,7 +117,7 @@ bool convertSimple(const btCollisionShape& shape, Shape& out) {
     const auto& box = static_cast<const btBoxShape&>(shape);
     out.type = SHAPE_BOX;
     out.extents = toFloat4(box.getHalfExtentsWithMargin());
-    out.variant = hasPolyhedralFeatures(box);
+    out.variant = hasPolyhedralFeatures(box) ? HULL_POLYHEDRAL : 0;
   } else if (isExactly<btStaticPlaneShape>(shape)) {
     const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
     out.type = SHAPE_PLANE;

@@ -66,8 +66,8 @@ class ShapeReader {
   void dropHull(std::uint32_t index);
 
   std::unordered_map<const btCollisionShape*, Entry> m_entries;
-  std::map<std::uint32_t, Hull> m_hulls;          // by shape index; also spheres
-  CorePoints m_core;                              // of the shape that is read
+  std::map<std::uint32_t, Hull> m_hulls;  // by shape index; also spheres
+  CorePoints m_core;                      // of the shape that is read
   std::uint64_t m_ownAlgorithms = 0;
   std::size_t m_deadVertices = 0;                 // in the input's array, of hulls that went or changed
   const btCollisionShape* m_lastShape = nullptr;  // neighbours in the world often share a shape

@@ -102,6 +102,11 @@ void capsules(const Shape& a, const BodyPose& poseA, const Shape& b, const BodyP
   add(raw, c.onB - c.normal * b.margin, distance);
 }
 
+// What is a hull to others, and a box to planes.
+uint bucketOnPlane(uint bucket, const Shape& a) {
+  return bucket == BUCKET_HULL_PLANE && (a.variant & HULL_BOX) ? BUCKET_BOX_PLANE : bucket;
+}
+
 bool isPrimitive(uint bucket) {
   return (bucket >= BUCKET_SPHERE_SPHERE && bucket <= BUCKET_SPHERE_BOX) ||
          (bucket >= BUCKET_CAPSULES && bucket <= BUCKET_HULL_PLANE);
@@ -139,6 +144,7 @@ void hullPlane(const Shape& a, const BodyPose& poseA, const Plane& plane, const 
 
 RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPose& poseA, const Shape& b,
                                        const BodyPose& poseB, float threshold, const HullArrays& hulls, double slack) {
+  bucket = bucketOnPlane(bucket, a);
   const double limit = threshold + slack;
   const Vec bFromA = toVec(poseB.position) - toVec(poseA.position);
   RawContacts raw{};
@@ -407,7 +413,7 @@ void checkPrimitiveContacts(Contract& contract, const PairArrays& in, const std:
     } else if (p.bucket == BUCKET_CAPSULES) {
       checkCapsules(contract, s, device[i]);
     } else {
-      checkOnPlane(contract, in, p.bucket, s, device[i]);
+      checkOnPlane(contract, in, bucketOnPlane(p.bucket, a), s, device[i]);
     }
   }
 }

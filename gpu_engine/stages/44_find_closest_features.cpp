@@ -38,11 +38,10 @@ void FindClosestFeatures::enqueue(Queue& queue, DeviceWorld& world, bool flat, b
 }
 
 void FindClosestFeatures::enqueueSearch(Queue& queue, DeviceWorld& world, Kernels& kernels) {
-  kernels.findClosestFeatures.launch(queue, queue.device().grid(world.capacities.pairs), world.counters,
-                                     world.bucketFirst, world.items, world.pairs, world.infos, world.shapes,
-                                     world.poses, world.oldManifolds, world.hullVertices, world.hullFaces,
-                                     world.hullCorners, world.hullEdges, world.contacts, world.closest, m_near,
-                                     m_overlap);
+  kernels.findClosestFeatures.launch(
+      queue, queue.device().grid(world.capacities.pairs), world.counters, world.bucketFirst, world.items, world.pairs,
+      world.infos, world.shapes, world.poses, world.oldManifolds, world.hullVertices, world.hullFaces,
+      world.hullCorners, world.hullEdges, world.contacts, world.closest, m_near, m_overlap);
 }
 
 void FindClosestFeatures::enqueueWaysOut(Queue& queue, DeviceWorld& world, Kernels& kernels) {

@@ -14,7 +14,8 @@ namespace btgpu {
 class FindClosestFeatures {
  public:
   explicit FindClosestFeatures(ComputeDevice& device) : m_compact(device) {}
-  // `flat`, `curved`: whether the world may have pairs of BUCKET_FIRST_CONVEX to BUCKET_HULL_HULL, and of BUCKET_CURVED.
+  // `flat`, `curved`: whether the world may have pairs of BUCKET_FIRST_CONVEX to BUCKET_HULL_HULL, and of
+  // BUCKET_CURVED.
   void enqueue(Queue& queue, DeviceWorld& world, bool flat = true, bool curved = true);
 
  private:

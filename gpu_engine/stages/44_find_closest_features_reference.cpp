@@ -256,9 +256,13 @@ PlacedCores CorePlacer::place(const Pair& pair) {
   const Vec bFromA = m_in.bFromA(pair);
   PlacedCores c;
   c.rotationA = rotationOf(m_in.poses[pair.bodyA].orientation);
-  // Both with Bullet's polyhedral features: what they are with their margins has none.
-  const auto isPolyhedral = [](const Shape& s) { return (s.type == SHAPE_HULL || s.type == SHAPE_BOX) && s.variant; };
-  const bool bare = isPolyhedral(a) && isPolyhedral(b);
+  // Bullet leaves the margins of two shapes with polyhedral features out, and that of a triangle under a sphere.
+  const auto has = [](const Shape& s, int bit) {
+    return (s.type == SHAPE_HULL || s.type == SHAPE_BOX) && (s.variant & bit);
+  };
+  const bool bare = has(a, HULL_POLYHEDRAL) && has(b, HULL_POLYHEDRAL);
+  const bool bareA = bare || (has(a, HULL_TRIANGLE) && b.type == SHAPE_SPHERE);
+  const bool bareB = bare || (has(b, HULL_TRIANGLE) && a.type == SHAPE_SPHERE);
   const auto polytope = [&](uint body) {
     Shape shape = m_in.shapeOf(body);
     shape.margin = 0;
@@ -269,8 +273,8 @@ PlacedCores CorePlacer::place(const Pair& pair) {
   c.size = length(toVec(a.extents)) + length(toVec(b.extents));
   for (const Shape* s : {&a, &b}) c.size += s->type == SHAPE_HULL ? length(toVec(s->centre)) : 0;
   c.reach = c.size + length(bFromA);
-  c.marginB = bare ? 0 : b.margin;
-  c.margins = bare ? 0 : double(a.margin) + b.margin;
+  c.marginB = bareB ? 0 : b.margin;
+  c.margins = (bareA ? 0 : a.margin) + c.marginB;
   c.threshold = m_in.thresholdOf(pair);
   return c;
 }

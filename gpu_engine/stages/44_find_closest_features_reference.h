@@ -53,7 +53,7 @@ struct PlacedCores {
   reference::Matrix rotationA;
   double size;   // of both shapes, what the kernels' slacks are in proportion to
   double reach;  // with the distance of their centres: no vertex of the one is farther from one of the other
-  double margins, threshold;                            // of both; how far apart surfaces may be for a contact
+  double margins, threshold;  // of both; how far apart surfaces may be for a contact
   double marginB;
   double limit() const { return margins + threshold; }  // how far apart cores may be
 };

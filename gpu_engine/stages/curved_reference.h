@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Host reference of what stages 42, 44 and 46 do with cylinders, cones and spheres of several sizes, in double. All that
-// it knows of a core is its point farthest along a direction, and whether a point lies in it.
+// Host reference of what stages 42, 44 and 46 do with cylinders, cones and spheres of several sizes, in double. All
+// that it knows of a core is its point farthest along a direction, and whether a point lies in it.
 //
 // That two cores are at their closest, or leave each other by the shortest way, needs no second search to be checked:
 // an axis along which the cores are as far apart as two of their points are from each other shows both (the gap along

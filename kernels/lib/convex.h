@@ -95,12 +95,14 @@ LIB Core coreOf(Shape shape) {
   return core;
 }
 
-// Initialised with Bullet's polyhedral features.
-LIB int isPolyhedral(Shape s) { return (s.type == SHAPE_HULL || s.type == SHAPE_BOX) && s.variant; }
+LIB int hasVariant(Shape s, int bit) { return (s.type == SHAPE_HULL || s.type == SHAPE_BOX) && (s.variant & bit); }
 
 LIB CorePair corePairOf(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float4 bFromA) {
   CorePair pair;
-  if (isPolyhedral(a) && isPolyhedral(b)) a.margin = b.margin = 0.0f;  // as btPolyhedralContactClipping
+  // btPolyhedralContactClipping, SphereTriangleDetector
+  if (hasVariant(a, HULL_POLYHEDRAL) && hasVariant(b, HULL_POLYHEDRAL)) a.margin = b.margin = 0.0f;
+  if (a.type == SHAPE_SPHERE && hasVariant(b, HULL_TRIANGLE)) b.margin = 0.0f;
+  if (b.type == SHAPE_SPHERE && hasVariant(a, HULL_TRIANGLE)) a.margin = 0.0f;
   pair.a = coreOf(a);
   pair.b = coreOf(b);
   pair.turn.row0 = mulTransposed(rb, matrixColumn(ra, 0));

@@ -290,7 +290,6 @@ LIB ClosestFeatures shortestCurvedWayOut(CorePair pair, Hulls hulls) {
     }
     if (!(along - plane.w > slack) || !growEpa(&e, p, best, EPA_ROUNDING * pair.size)) break;
     best = nearestEpaFace(&e);
-    if (e.planes[best].w < plane.w - slack) break;  // never but by rounding: an inner face can't be nearer than the last
     plane = e.planes[best];
     out.onA = footOnA(&e, e.corners[best]);
     if (plane.w >= reach - slack) break;

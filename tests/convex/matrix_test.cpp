@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Each kind of convex shape against each other (and a plane) in random poses: deep, touching, apart, face on face, edge
-// on edge, vertex on face, one far larger. Held against Bullet's own algorithm for the pair, run once on a new manifold:
-// whether there is a contact, the deepest point's normal and its depth.
+// on edge, vertex on face, one far larger. Held against Bullet's own algorithm for the pair, run once on a new
+// manifold: whether there is a contact, the deepest point's normal and its depth.
 //
 // A pose is ambiguous, and only then left out, when Bullet's own normal turns by more than 2 degrees under one of eight
-// jitters of 1e-4 of the pose: at most 10 % of a pair's. Exceptions are listed with their reason in `kExceptions`.
+// jitters of 1e-4 of the pose: at most 10 % of a pair's. Exceptions, at most 1 % of all poses, are those in which
+// Bullet's own support functions say that the axis which ours found is the better one: along it the shapes are farther
+// apart, or overlap less, than along Bullet's. Its GJK ends early on curved shapes, its EPA in deep overlaps.
 // BTGPU_TEST_POSES: poses a pair, 20 unless told otherwise.
 #include <algorithm>
 #include <array>
@@ -119,9 +121,7 @@ struct Tally {
 
 class Matrix {
  public:
-  explicit Matrix(unsigned seed) : m_random(seed) {
-    w.world.setGravity(btVector3(0, 0, 0));
-  }
+  explicit Matrix(unsigned seed) : m_random(seed) { w.world.setGravity(btVector3(0, 0, 0)); }
 
   // One pair of shapes in every kind of pose, each pair at a place of its own.
   void add(const ShapeKind& first, const ShapeKind* second, int count) {
@@ -153,6 +153,9 @@ class Matrix {
   }
 
  private:
+  // Two of Bullet's 2D shapes collide as seen along z.
+  static bool isFlat(const btCollisionShape& shape) { return shape.isConvex2d(); }
+
   void addPair(const ShapeKind& first, const ShapeKind* second, Pose pose, const btVector3& place) {
     const bool far = pose == Pose::FarLarger;
     btCollisionShape* a = first.make(m_store, m_random, far ? 0.3 : 1);
@@ -173,6 +176,15 @@ class Matrix {
     if (pose == Pose::VertexOnFace) {
       atA.setRotation(btQuaternion(btVector3(1, 0, -1).normalized(), btScalar(0.9553)) * atA.getRotation());
     }
+    if (second && isFlat(*a) && isFlat(*b)) {
+      direction = btVector3(direction.x(), direction.y(), 0);
+      direction = direction.length() > btScalar(0.1) ? direction.normalized() : btVector3(0, 1, 0);
+      for (btTransform* t : {&atA, &atB}) {
+        const btScalar turn =
+            pose == Pose::Faces ? SIMD_HALF_PI * btScalar(m_random() % 4) : scalarIn(m_random, 0, 6.28);
+        t->setRotation(btQuaternion(btVector3(0, 0, 1), turn));
+      }
+    }
     const double smaller = second ? std::min(sizeOf(*a), sizeOf(*b)) : sizeOf(*a);
     const double margin = double(btMax(a->getMargin(), second ? b->getMargin() : btScalar(0)));
     double gap = uniformIn(m_random, -0.02, 0.01);
@@ -180,10 +192,12 @@ class Matrix {
     if (pose == Pose::Apart) gap = uniformIn(m_random, 0.01, 0.3);
     if (second) {
       const btScalar reach = reachOf(*a, atA.getBasis(), direction) + reachOf(*b, atB.getBasis(), -direction);
-      const btVector3 aside = pose == Pose::Faces || far ? anyDirection(m_random) * btScalar(0.2 * smaller)
-                                                         : btVector3(0, 0, 0);
+      const btVector3 aside =
+          pose == Pose::Faces || far ? anyDirection(m_random) * btScalar(0.2 * smaller) : btVector3(0, 0, 0);
+      btVector3 shift = aside - direction * aside.dot(direction);
+      if (isFlat(*a) && isFlat(*b)) shift.setZ(0);
       atA.setOrigin(place);
-      atB.setOrigin(place + direction * (reach + btScalar(gap)) + aside - direction * aside.dot(direction));
+      atB.setOrigin(place + direction * (reach + btScalar(gap)) + shift);
     } else {
       // A plane has no bounds and meets every body: filters keep it to its own.
       atB.setIdentity();
@@ -222,6 +236,22 @@ class Matrix {
     return std::atan2(double(a.cross(b).length()), double(a.dot(b)));
   }
 
+  // How far apart two shapes are along an axis from the second to the first, by Bullet's own support functions.
+  static double gapAlong(const Case& c, const btVector3& normal) {
+    const auto farthest = [](const btCollisionObject& object, const btVector3& direction) {
+      const auto& shape = static_cast<const btConvexShape&>(*object.getCollisionShape());
+      const btVector3 local = direction * object.getWorldTransform().getBasis();
+      const btVector3 p = object.getWorldTransform()(shape.localGetSupportingVertexWithoutMargin(local));
+      return double(p.x()) * double(direction.x()) + double(p.y()) * double(direction.y()) +
+             double(p.z()) * double(direction.z()) + double(shape.getMargin());
+    };
+    return -farthest(*c.a, -normal) - farthest(*c.b, normal);
+  }
+  // Poses are floats of some 100.
+  bool isOursBetter(const Case& c, const Deepest& ours, const Deepest& stock) const {
+    return c.b->getCollisionShape()->isConvex() && gapAlong(c, ours.normal) > gapAlong(c, stock.normal) + 5e-5;
+  }
+
   void compare(const Case& c, const std::optional<Deepest>& ours, Tally& tally) {
     ++tally.poses;
     const auto stock = m_oracle.collide(*c.a, *c.b);
@@ -237,18 +267,25 @@ class Matrix {
       const double distance = ours ? ours->distance : stock->distance;
       if (distance > -allowed && distance > 0) return;
       ++tally.wrongExistence;
-      if (verbose) std::printf("    pose %d: %s alone, %.6f\n", static_cast<int>(c.pose), ours ? "ours" : "stock's", distance);
+      if (verbose)
+        std::printf("    pose %d: %s alone, %.6f\n", static_cast<int>(c.pose), ours ? "ours" : "stock's", distance);
       return;
     }
     ++tally.touching;
-    const double turn = angle(ours->normal, stock->normal), depth = std::fabs(ours->distance - stock->distance);
+    const double turn = angle(ours->normal, stock->normal);
+    const double depth = std::fabs(ours->distance - stock->distance);
+    if ((turn > kTurn || depth > allowed) && isOursBetter(c, *ours, *stock)) {
+      ++tally.exceptions;
+      return;
+    }
     tally.worstTurn = std::max(tally.worstTurn, turn);
     tally.worstDepth = std::max(tally.worstDepth, depth / c.smaller);
     tally.wrongNormal += turn > kTurn;
     tally.wrongDepth += depth > allowed;
     if (verbose && (turn > kTurn || depth > allowed)) {
-      std::printf("    pose %d: turned %.2f degrees, depth %.6f, stock's %.6f, allowed %.6f\n", static_cast<int>(c.pose),
-                  turn / kDegree, ours->distance, stock->distance, allowed);
+      std::printf("    pose %d: turned %.2f degrees, depth %.6f (%.6f), stock's %.6f (%.6f), allowed %.6f\n",
+                  static_cast<int>(c.pose), turn / kDegree, ours->distance, gapAlong(c, ours->normal), stock->distance,
+                  gapAlong(c, stock->normal), allowed);
     }
   }
 
@@ -271,19 +308,26 @@ TEST(ConvexMatrix, EachAgainstEach) {
       matrix.add(kinds[i], second, poses);
       const Tally t = matrix.run();
       const std::string name = kinds[i].name + " / " + (second ? second->name : "plane");
-      std::printf("%-32s %3d poses, %3d touch, %2d ambiguous, wrong: %d existence, %d normal, %d depth; worst %.2f degrees, %.4f of the size\n",
-                  name.c_str(), t.poses, t.touching, t.ambiguous, t.wrongExistence, t.wrongNormal, t.wrongDepth,
-                  t.worstTurn / kDegree, t.worstDepth);
+      std::printf(
+          "%-32s %3d poses, %3d touch, %2d ambiguous, %2d better, wrong: %d existence, %d normal, %d depth; worst %.2f "
+          "degrees, %.4f of the size\n",
+          name.c_str(), t.poses, t.touching, t.ambiguous, t.exceptions, t.wrongExistence, t.wrongNormal, t.wrongDepth,
+          t.worstTurn / kDegree, t.worstDepth);
       all.poses += t.poses;
       all.touching += t.touching;
       all.ambiguous += t.ambiguous;
+      all.exceptions += t.exceptions;
+      // Of few poses the share says little: 10 % is what the long run is held to.
+      EXPECT_LE(t.ambiguous, poses >= 100 ? poses / 10 : poses / 4) << name;
+      EXPECT_EQ(t.wrongExistence + t.wrongNormal + t.wrongDepth, 0) << name;
       all.wrongExistence += t.wrongExistence;
       all.wrongNormal += t.wrongNormal;
       all.wrongDepth += t.wrongDepth;
     }
   }
-  std::printf("all: %d poses, %d touch, %d ambiguous, wrong: %d existence, %d normal, %d depth\n", all.poses, all.touching,
-              all.ambiguous, all.wrongExistence, all.wrongNormal, all.wrongDepth);
+  std::printf("all: %d poses, %d touch, %d ambiguous, %d better, wrong: %d existence, %d normal, %d depth\n", all.poses,
+              all.touching, all.ambiguous, all.exceptions, all.wrongExistence, all.wrongNormal, all.wrongDepth);
+  EXPECT_LE(all.exceptions, all.poses / 100);
 }
 
 }  // namespace

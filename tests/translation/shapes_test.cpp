@@ -255,7 +255,7 @@ TEST(Shapes, HullsWithoutPointsOrFiniteSize) {
   solid->initializePolyhedralFeatures();
   w.step();
   EXPECT_EQ(w.hostText(), "");
-  EXPECT_EQ(shapeOf(w, body).variant, 1) << "stock collides two of them without margins";
+  EXPECT_EQ(shapeOf(w, body).variant, HULL_POLYHEDRAL) << "stock collides two of them without margins";
 }
 
 TEST(Shapes, CylindersAndCones) {
@@ -305,8 +305,8 @@ TEST(Shapes, PointsWithAMargin) {
   auto* hull2d = w.shape<btConvex2dShape>(cube(w, 1));
   auto* scaledBall = w.shape<btUniformScalingShape>(w.shape<btSphereShape>(s(0.5)), s(3));
   std::vector<btRigidBody*> bodies;
-  for (btCollisionShape* shape : std::vector<btCollisionShape*>{points, triangles, triangle, simplex, flat, scaled,
-                                                                hull2d, scaledBall}) {
+  for (btCollisionShape* shape :
+       std::vector<btCollisionShape*>{points, triangles, triangle, simplex, flat, scaled, hull2d, scaledBall}) {
     bodies.push_back(w.add(1, shape, btVector3(s(9.0 * double(bodies.size())), 0, 0)));
   }
   w.step();
@@ -319,7 +319,9 @@ TEST(Shapes, PointsWithAMargin) {
     EXPECT_FLOAT_EQ(shapeOf(w, bodies[i]).margin, static_cast<float>(bodies[i]->getCollisionShape()->getMargin())) << i;
   }
   const HullArrays& hulls = w.reader.input().hulls;
-  const auto firstVertex = [&](size_t i) { return hulls.vertices[static_cast<size_t>(shapeOf(w, bodies[i]).firstVertex)]; };
+  const auto firstVertex = [&](size_t i) {
+    return hulls.vertices[static_cast<size_t>(shapeOf(w, bodies[i]).firstVertex)];
+  };
   EXPECT_EQ(std::fabs(firstVertex(0).x), 2);
   EXPECT_FLOAT_EQ(std::fabs(firstVertex(5).z), static_cast<float>(2 * (3 - inner->getMargin())));
   EXPECT_EQ(w.step(), Upload{});
