@@ -163,10 +163,21 @@ inline std::vector<ShapeKind> convexKinds() {
                      half.setZ(btScalar(0.04) + half.z() * btScalar(0.2));
                      return store.make<btBox2dShape>(half);
                    }});
-  kinds.push_back({"2D convex", [](ShapeStore& store, RandomSource& random, double size) -> btCollisionShape* {
-                     if (random() % 2) return store.make<btConvex2dShape>(makeHull(store, random, size));
-                     return store.make<btConvex2dShape>(makeCylinder(store, random, size));
-                   }});
+  kinds.push_back(
+      {"2D convex", [](ShapeStore& store, RandomSource& random, double size) -> btCollisionShape* {
+         // The same all along z, as is meant: stock sees two of them along z, and we as they are.
+         const btVector3 half = halfExtents(random, size);
+         if (random() % 2) {
+           return store.make<btConvex2dShape>(store.make<btCylinderShapeZ>(btVector3(half.x(), half.x(), half.z())));
+         }
+         auto* prism = store.make<btConvexHullShape>();
+         const int sides = 3 + static_cast<int>(random() % 6);
+         for (int k = 0; k < 2 * sides; ++k) {
+           const btScalar angle = SIMD_2_PI * btScalar(k / 2) / btScalar(sides);
+           prism->addPoint(btVector3(half.x() * btCos(angle), half.y() * btSin(angle), k % 2 ? half.z() : -half.z()));
+         }
+         return store.make<btConvex2dShape>(prism);
+       }});
   kinds.push_back({"scaled", [](ShapeStore& store, RandomSource& random, double size) -> btCollisionShape* {
                      const btScalar by = scalarIn(random, 0.6, 1.6);
                      const double inner = size / double(by);
