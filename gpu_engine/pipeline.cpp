@@ -71,9 +71,9 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   stage("42_collide_primitives", m_collidePrimitives, traits.shapeTypes);
   if (boxes) stage("44_find_separating_axis", m_findSeparatingAxis);
   if (boxes) stage("46_clip_faces", m_clipFaces);
-  if (traits.convexPairs()) {
-    stage("44_find_closest_features", m_findClosestFeatures);
-    stage("46_clip_convex_faces", m_clipConvexFaces);
+  if (traits.convexPairs() || traits.curvedPairs()) {
+    stage("44_find_closest_features", m_findClosestFeatures, traits.convexPairs(), traits.curvedPairs());
+    stage("46_clip_convex_faces", m_clipConvexFaces, traits.convexPairs(), traits.curvedPairs());
   }
   stage("48_reduce_and_match_contacts", m_reduceAndMatchContacts);
   if (world.hostManifoldCount > 0) stage("50_append_host_contacts", m_appendHostContacts);

@@ -43,8 +43,9 @@ struct WorldTraits {
   bool torsionRows = false;  // some body has rolling friction
 
   bool has(uint shapeType) const { return (shapeTypes >> shapeType & 1u) != 0; }
-  // Pairs whose contacts are found by closest features.
+  // Pairs whose contacts are found by closest features: of shapes with vertices, and with something curved.
   bool convexPairs() const { return has(SHAPE_HULL) || (has(SHAPE_CAPSULE) && has(SHAPE_BOX)); }
+  bool curvedPairs() const { return has(SHAPE_CYLINDER) || has(SHAPE_CONE) || has(SHAPE_MULTI_SPHERE); }
 };
 
 WorldTraits traitsOf(const WorldInput& input);

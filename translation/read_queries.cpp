@@ -80,17 +80,19 @@ void QueryReader::read(const btDiscreteDynamicsWorld& world, QueryBounds bounds,
   if (changed) ++m_world.version;
 }
 
-// Of the shapes that the reader knows, those that kernels/lib/closest_points.h knows, too.
-bool QueryReader::isConvexOrPlane(int shapeIndex) const {
+// Of the shapes that the reader knows, those that kernels/lib/closest_points.h knows, too. What the device takes for a hull
+// though Bullet has a class of its own for it may answer otherwise there.
+bool QueryReader::isConvexOrPlane(const btCollisionShape& from, int shapeIndex) const {
   if (shapeIndex < 0) return false;
-  const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
-  return type == SHAPE_SPHERE || type == SHAPE_BOX || type == SHAPE_PLANE || type == SHAPE_CAPSULE ||
-         type == SHAPE_HULL;
+  const Shape& shape = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)];
+  if (shape.type == SHAPE_HULL) return isExactly<btConvexHullShape>(from) && shape.variant == 0;
+  if (shape.type == SHAPE_BOX) return isExactly<btBoxShape>(from) && shape.variant == 0;
+  return shape.type == SHAPE_SPHERE || shape.type == SHAPE_PLANE || shape.type == SHAPE_CAPSULE;
 }
 
 // Those that kernels/lib/ray_cast.h has a test for: in a double world only what does not need Bullet's own bits.
-bool QueryReader::isTested(int shapeIndex) const {
-  if (!isConvexOrPlane(shapeIndex)) return false;
+bool QueryReader::isTested(const btCollisionShape& from, int shapeIndex) const {
+  if (!isConvexOrPlane(from, shapeIndex)) return false;
   const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
   return sizeof(btScalar) == sizeof(float) || type == SHAPE_SPHERE || type == SHAPE_PLANE;
 }
@@ -113,8 +115,8 @@ void QueryReader::findItems(const btCollisionObjectArray& objects) {
     const btCollisionShape& shape = *object.getCollisionShape();
     if (isExactly<btCompoundShape>(shape) && addChildren(object, position)) continue;
     const int index = m_shapes.read(&shape, m_world.shapes, ignored, ignored);
-    if (isConvexOrPlane(index)) m_shapeOf[static_cast<std::size_t>(k)] = index;
-    if (isTested(index)) {
+    if (isConvexOrPlane(shape, index)) m_shapeOf[static_cast<std::size_t>(k)] = index;
+    if (isTested(shape, index)) {
       m_device.push_back({&object, position, index, -1});
     } else {
       m_host.push_back({&object, position, 0, -1});
@@ -136,7 +138,7 @@ bool QueryReader::addChildren(const btCollisionObject& object, std::uint32_t pos
   FallbackList ignored;
   for (int c = 0; c < compound.getNumChildShapes(); ++c) {
     const int index = m_shapes.read(compound.getChildShape(c), m_world.shapes, ignored, ignored);
-    if (!isTested(index) || !isFinite(compound.getChildTransform(c))) {
+    if (!isTested(*compound.getChildShape(c), index) || !isFinite(compound.getChildTransform(c))) {
       m_device.resize(before);
       return false;
     }

@@ -39,8 +39,8 @@ class QueryReader {
   };
   void findItems(const btCollisionObjectArray& objects);
   bool addChildren(const btCollisionObject& object, std::uint32_t position);
-  bool isConvexOrPlane(int shapeIndex) const;
-  bool isTested(int shapeIndex) const;
+  bool isConvexOrPlane(const btCollisionShape& from, int shapeIndex) const;
+  bool isTested(const btCollisionShape& from, int shapeIndex) const;
   void fill(const std::vector<Found>& found, bool onHost, const double (&origin)[3], QueryItems& items);
   Aabb boundsOf(const Found& found, const double (&origin)[3]) const;
 

@@ -3,6 +3,7 @@
 #include "read_shapes.h"
 
 #include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +20,8 @@ namespace {
 
 // Shapes that a compound may hold.
 bool isInCompounds(int type) {
-  return type == SHAPE_SPHERE || type == SHAPE_BOX || type == SHAPE_CAPSULE || type == SHAPE_HULL;
+  return type == SHAPE_SPHERE || type == SHAPE_BOX || type == SHAPE_CAPSULE || type == SHAPE_HULL ||
+         type == SHAPE_CYLINDER || type == SHAPE_CONE || type == SHAPE_MULTI_SPHERE;
 }
 
 bool isFinitePose(const BodyPose& pose) {
@@ -49,12 +51,70 @@ void setPlace(const Shape& place, Shape& shape) {
   shape.firstEdge = place.firstEdge;
 }
 
-// Bullet's local AABB of a hull, which it keeps: not always that of its points.
-void readHullBounds(const btConvexHullShape& hull, Shape& out) {
+// Bullet's local AABB, which hulls keep: not always that of the points.
+void readBounds(const btCollisionShape& shape, Shape& out) {
   btVector3 lower, upper;
-  hull.getAabb(btTransform::getIdentity(), lower, upper);
+  shape.getAabb(btTransform::getIdentity(), lower, upper);
   out.extents = toFloat4((upper - lower) * btScalar(0.5));
   out.centre = toFloat4((upper + lower) * btScalar(0.5));
+}
+
+bool hasPolyhedralFeatures(const btCollisionShape& shape) {
+  return shape.isPolyhedral() && static_cast<const btPolyhedralConvexShape&>(shape).getConvexPolyhedron() != nullptr;
+}
+
+int hullVariant(const btCollisionShape& shape, const CorePoints& core) {
+  int variant = core.isBox ? HULL_BOX : 0;
+  if (isExactly<btTriangleShape>(shape)) variant |= HULL_TRIANGLE;
+  if (hasPolyhedralFeatures(shape)) variant |= HULL_POLYHEDRAL;
+  return variant;
+}
+
+// Bit for bit; w of the points is always 0.
+bool sameCore(const CorePoints& a, const CorePoints& b) {
+  return a.points.size() == b.points.size() && a.radii == b.radii && a.stretch == b.stretch &&
+         std::memcmp(static_cast<const void*>(a.points.data()), static_cast<const void*>(b.points.data()),
+                     a.points.size() * sizeof(btVector3)) == 0;
+}
+
+bool isFiniteCore(const CorePoints& core) {
+  for (const btVector3& p : core.points) {
+    const float4 q = toFloat4(p);
+    if (!std::isfinite(q.x) || !std::isfinite(q.y) || !std::isfinite(q.z)) return false;
+  }
+  for (const float radius : core.radii) {
+    if (!std::isfinite(radius)) return false;
+  }
+  const float4 stretch = toFloat4(core.stretch);
+  return std::isfinite(stretch.x) && std::isfinite(stretch.y) && std::isfinite(stretch.z);
+}
+
+// Nothing but a list: stage 44 has no use for faces of spheres.
+HullFeatures makeSpheres(const CorePoints& core) {
+  HullFeatures out;
+  for (std::size_t i = 0; i < core.points.size(); ++i) {
+    out.vertices.push_back(toFloat4(core.points[i], core.radii[i]));
+  }
+  out.vertices.push_back(toFloat4(core.stretch));
+  return out;
+}
+
+HullFeatures makeFeatures(const CorePoints& core) {
+  if (!core.radii.empty()) return makeSpheres(core);
+  std::vector<float4> points;
+  for (const btVector3& p : core.points) points.push_back(toFloat4(p));
+  return makeHullFeatures(points);
+}
+
+// `place`: where what was made of the points lies.
+Shape placedShape(const btCollisionShape& shape, const CorePoints& core, const Shape& place) {
+  Shape out = place;
+  out.type = core.radii.empty() ? SHAPE_HULL : SHAPE_MULTI_SPHERE;
+  if (!core.radii.empty()) out.vertexCount -= 1;  // the last one is how they are stretched
+  out.margin = static_cast<float>(core.margin);
+  out.variant = hullVariant(shape, core);
+  readBounds(shape, out);
+  return out;
 }
 
 // Shapes that are a few numbers; false for all others. A class derived from Bullet's counts as another shape, since it
@@ -70,6 +130,7 @@ bool convertSimple(const btCollisionShape& shape, Shape& out) {
     const auto& box = static_cast<const btBoxShape&>(shape);
     out.type = SHAPE_BOX;
     out.extents = toFloat4(box.getHalfExtentsWithMargin());
+    out.variant = hasPolyhedralFeatures(box) ? HULL_POLYHEDRAL : 0;
   } else if (isExactly<btStaticPlaneShape>(shape)) {
     const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
     out.type = SHAPE_PLANE;
@@ -81,8 +142,10 @@ bool convertSimple(const btCollisionShape& shape, Shape& out) {
     out.type = SHAPE_CAPSULE;
     out.extents = toFloat4(half);
     out.margin = static_cast<float>(capsule.getRadius());
+  } else if (isExactly<btEmptyShape>(shape)) {
+    out = Shape{};  // SHAPE_NONE: touches nothing
   } else {
-    return false;
+    return readRoundShape(shape, out);
   }
   return true;
 }
@@ -133,51 +196,31 @@ bool ShapeReader::convertCompound(const btCompoundShape& compound, std::uint32_t
 }
 
 bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
-  if (isExactly<btConvexHullShape>(shape)) {
+  const bool known = !(m_ownAlgorithms >> shape.getShapeType() & 1u);
+  if (known && readCorePoints(shape, m_core)) {
     out = Shape{};
-    out.margin = static_cast<float>(shape.getMargin());
-    return convertHull(static_cast<const btConvexHullShape&>(shape), index, hulls, out);
-  }
-  dropHull(index);
-  return convertSimple(shape, out);
-}
-
-bool ShapeReader::convertHull(const btConvexHullShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
-  const int count = shape.getNumPoints();
-  // With polyhedral features stock leaves the margins of two such shapes out.
-  if (count == 0 || shape.getConvexPolyhedron()) {
-    dropHull(index);
-    return false;
-  }
-  for (int i = 0; i < count; ++i) {
-    const float4 p = toFloat4(shape.getScaledPoint(i));
-    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-    dropHull(index);
-    out.extents.x = INFINITY;  // what isFiniteShape looks for
+    convertPoints(shape, index, hulls, out);
     return true;
   }
-  const btVector3* points = shape.getUnscaledPoints();
+  dropHull(index);
+  return known && convertSimple(shape, out);
+}
+
+void ShapeReader::convertPoints(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
+  if (!isFiniteCore(m_core)) {
+    dropHull(index);
+    out.extents.x = INFINITY;  // what isFiniteShape looks for
+    return;
+  }
   const auto it = m_hulls.find(index);
-  const bool same = it != m_hulls.end() && it->second.points.size() == static_cast<std::size_t>(count) &&
-                    it->second.scaling == shape.getLocalScaling() &&
-                    std::memcmp(static_cast<const void*>(it->second.points.data()), static_cast<const void*>(points),
-                                static_cast<std::size_t>(count) * sizeof(btVector3)) == 0;
-  if (!same) {
+  if (it == m_hulls.end() || !sameCore(it->second.core, m_core)) {
     dropHull(index);
     Hull& hull = m_hulls[index];
-    hull.points.assign(points, points + count);
-    hull.scaling = shape.getLocalScaling();
-    std::vector<float4> scaled;
-    for (int i = 0; i < count; ++i) scaled.push_back(toFloat4(shape.getScaledPoint(i)));
-    hull.features = makeHullFeatures(scaled);
+    hull.core = m_core;
+    hull.features = makeFeatures(m_core);
     hull.place = appendHull(hull.features, hulls);
   }
-  const float margin = out.margin;
-  out = m_hulls[index].place;
-  out.type = SHAPE_HULL;
-  out.margin = margin;
-  readHullBounds(shape, out);
-  return true;
+  out = placedShape(shape, m_core, m_hulls[index].place);
 }
 
 void ShapeReader::dropHull(std::uint32_t index) {
@@ -253,8 +296,16 @@ float ShapeReader::breakingThreshold(const btCollisionShape& shape) const {
 }
 
 bool ShapeReader::isUnchanged(const btCollisionShape& shape, const Entry& entry, const WorldInput& input) const {
+  if (!entry.supported || (m_ownAlgorithms >> shape.getShapeType() & 1u)) return false;
   Shape read;
-  if (!entry.supported || !convertSimple(shape, read)) return false;
+  thread_local CorePoints core;
+  if (readCorePoints(shape, core)) {
+    const auto it = m_hulls.find(entry.index);
+    if (it == m_hulls.end() || !sameCore(it->second.core, core)) return false;
+    read = placedShape(shape, core, it->second.place);
+  } else if (!convertSimple(shape, read)) {
+    return false;
+  }
   read.breakingThreshold = breakingThreshold(shape);
   return sameBits(input.shapes.values[entry.index], read);
 }

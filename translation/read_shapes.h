@@ -8,6 +8,7 @@
 
 #include "../gpu_engine/world_input.h"
 #include "bullet.h"
+#include "convex_core.h"
 #include "fallback_list.h"
 #include "hull_features.h"
 
@@ -27,6 +28,8 @@ class ShapeReader {
   // `threshold` is gContactBreakingThreshold; `relative` the dispatcher's flag for thresholds in proportion to the
   // shape.
   void configure(btScalar threshold, bool relative);
+  // Types of Bullet's (bit XX_SHAPE_PROXYTYPE) for which the application has algorithms of its own: on the host.
+  void setOwnAlgorithms(std::uint64_t types) { m_ownAlgorithms = types; }
   // Starts anew: no shape is in use.
   void begin();
   // Index of the shape, read into the input's shapes if this is its first use in the step. One that the device lacks is
@@ -53,10 +56,9 @@ class ShapeReader {
     std::uint32_t stamp;  // step in which it was read last
     bool supported;
   };
-  // A hull as it was read, and where its features lie in the input.
+  // Points as they were read, and where what was made of them lies in the input.
   struct Hull {
-    std::vector<btVector3> points;  // unscaled
-    btVector3 scaling;
+    CorePoints core;
     HullFeatures features;
     Shape place;  // the index fields of Shape
   };
@@ -74,7 +76,7 @@ class ShapeReader {
   bool isUnchanged(const btCollisionShape& shape, const Entry& entry, const WorldInput& input) const;
   // False if the device has no such shape; one that is not finite comes out as such.
   bool convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
-  bool convertHull(const btConvexHullShape& hull, std::uint32_t index, HullArrays& hulls, Shape& out);
+  void convertPoints(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
   void dropHull(std::uint32_t index);
   bool convertCompound(const btCompoundShape& compound, std::uint32_t index, WorldInput& input, FallbackList& missing,
                        FallbackList& shares, Shape& out);
@@ -82,8 +84,10 @@ class ShapeReader {
                  FallbackList& shares, std::vector<CompoundLeaf>& leaves);
 
   std::unordered_map<const btCollisionShape*, Entry> m_entries;
-  std::map<std::uint32_t, Hull> m_hulls;          // by shape index
+  std::map<std::uint32_t, Hull> m_hulls;  // by shape index; also spheres
   std::map<std::uint32_t, std::vector<CompoundLeaf>> m_compounds;  // likewise
+  CorePoints m_core;                      // of the shape that is read
+  std::uint64_t m_ownAlgorithms = 0;
   std::size_t m_deadVertices = 0;                 // in the input's array, of hulls that went or changed
   const btCollisionShape* m_lastShape = nullptr;  // neighbours in the world often share a shape
   Entry m_lastEntry{};

@@ -63,6 +63,7 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   m_shapes.configure(
       gContactBreakingThreshold,
       (dispatcher->getDispatcherFlags() & btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
+  m_shapes.setOwnAlgorithms(typesWithOwnAlgorithms(*dispatcher));
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   const auto& bodies = world.getNonStaticRigidBodies();
   const bool known = m_addedAgain.empty() && sameElements(objects, m_objects) && sameElements(bodies, m_bodies);

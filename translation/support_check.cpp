@@ -57,6 +57,14 @@ bool mayChangeBodies(const btOverlappingPairCallback* callback) {
 constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, STATIC_PLANE_PROXYTYPE,
                                CAPSULE_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE};
 
+// Convex shapes that stock knows no special algorithm for. Where the application does (as Bullet's 2D demo), those of
+// the type are on the host.
+constexpr int kOtherConvexTypes[] = {
+    TRIANGLE_SHAPE_PROXYTYPE,           TETRAHEDRAL_SHAPE_PROXYTYPE,     CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE,
+    CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE, MULTI_SPHERE_SHAPE_PROXYTYPE,    CONE_SHAPE_PROXYTYPE,
+    CYLINDER_SHAPE_PROXYTYPE,           UNIFORM_SCALING_SHAPE_PROXYTYPE, BOX_2D_SHAPE_PROXYTYPE,
+    CONVEX_2D_SHAPE_PROXYTYPE};
+
 bool hasStockConfiguration(btCollisionConfiguration& configuration) {
   const std::type_info& type = typeid(configuration);
   return type == typeid(btDefaultCollisionConfiguration) ||
@@ -151,6 +159,23 @@ const char* globalContactCallback() {
 const char* contactCallback(const btCollisionObject& object) {
   const bool asked = object.getCollisionFlags() & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK;
   return gContactAddedCallback && asked ? "gContactAddedCallback" : nullptr;
+}
+
+std::uint64_t typesWithOwnAlgorithms(const btCollisionDispatcher& dispatcher) {
+  btCollisionConfiguration& configuration = *const_cast<btCollisionDispatcher&>(dispatcher).getCollisionConfiguration();
+  const auto& table = dispatcher.*DispatcherTable::member();
+  const auto isOwn = [&](int a, int b) {
+    return table[a][b] != configuration.getCollisionAlgorithmCreateFunc(a, b) ||
+           table[b][a] != configuration.getCollisionAlgorithmCreateFunc(b, a);
+  };
+  std::uint64_t types = 0;
+  for (const int type : kOtherConvexTypes) {
+    bool own = false;
+    for (const int other : kShapeTypes) own = own || isOwn(type, other);
+    for (const int other : kOtherConvexTypes) own = own || isOwn(type, other);
+    if (own) types |= std::uint64_t{1} << type;
+  }
+  return types;
 }
 
 bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #pragma once
 
+#include <cstdint>
+
 #include "bullet.h"
 #include "fallback_list.h"
 
@@ -19,6 +21,10 @@ bool hasPairCallback(btDiscreteDynamicsWorld& world);
 // Name of the callback by which the application takes part in every contact (of this object); null if there is none.
 const char* globalContactCallback();
 const char* contactCallback(const btCollisionObject& object);
+
+// Types of convex shapes (bit XX_SHAPE_PROXYTYPE) that the application has registered algorithms for, other than those
+// for which checkWorld() gives the whole step to stock.
+std::uint64_t typesWithOwnAlgorithms(const btCollisionDispatcher& dispatcher);
 
 // The same as checkWorld for one object of the world; `rigid` is null for what is not a btRigidBody. True if
 // it is supported.

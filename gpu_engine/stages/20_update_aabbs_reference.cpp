@@ -26,12 +26,26 @@ Box boundsOf(const Shape& shape, float4 position, float4 orientation, double thr
     reach = {kPlaneExtent, kPlaneExtent, kPlaneExtent};
   } else if (shape.type == SHAPE_SPHERE) {
     reach = {shape.extents.x, shape.extents.x, shape.extents.x};
+  } else if (shape.type == SHAPE_CONE) {
+    // Farthest along each axis: the tip, or the point of the rim that leans that way.
+    const Matrix r = rotationOf(orientation);
+    const Vec up = r.column(shape.variant), tip = up * double(shape.halfLength);
+    Vec lower, upper;
+    for (int k = 0; k < 3; ++k) {
+      const double rim = shape.radius * std::sqrt(std::max(0.0, 1 - up[k] * up[k]));
+      upper[k] = std::max(tip[k], rim - tip[k]) + shape.margin;
+      lower[k] = std::min(tip[k], -rim - tip[k]) - shape.margin;
+    }
+    centre = centre + (upper + lower) * 0.5;
+    reach = (upper - lower) * 0.5;
   } else {
     const Matrix r = rotationOf(orientation);
     // btCapsuleShape::getAabb bounds the box around the capsule, not the capsule.
     const double radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0;
     const Vec half = toVec(shape.extents) + Vec{radius, radius, radius};
-    if (shape.type == SHAPE_HULL || shape.type == SHAPE_COMPOUND) centre = centre + r * toVec(shape.centre);
+    if (shape.type == SHAPE_HULL || shape.type == SHAPE_MULTI_SPHERE || shape.type == SHAPE_COMPOUND) {
+      centre = centre + r * toVec(shape.centre);
+    }
     for (int corner = 0; corner < 8; ++corner) {
       const Vec p =
           r * Vec{corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y, corner & 4 ? half.z : -half.z};

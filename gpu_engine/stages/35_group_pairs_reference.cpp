@@ -30,6 +30,12 @@ uint bucketOf(int typeA, int typeB) {
                                {SHAPE_CAPSULE, SHAPE_HULL, BUCKET_CAPSULE_HULL},
                                {SHAPE_BOX, SHAPE_HULL, BUCKET_BOX_HULL},
                                {SHAPE_HULL, SHAPE_HULL, BUCKET_HULL_HULL}};
+  for (const int curved : {SHAPE_CYLINDER, SHAPE_CONE, SHAPE_MULTI_SPHERE}) {
+    if (typeA != curved && typeB != curved) continue;
+    const int other = typeA == curved ? typeB : typeA;
+    if (other == SHAPE_NONE || other > SHAPE_MULTI_SPHERE) return BUCKET_NONE;
+    return other == SHAPE_PLANE ? BUCKET_CURVED_PLANE : BUCKET_CURVED;
+  }
   for (const Row& r : kTable) {
     if ((r.a == typeA && r.b == typeB) || (r.a == typeB && r.b == typeA)) return r.bucket;
   }

@@ -7,14 +7,21 @@
 namespace btgpu {
 namespace {
 
+constexpr uint bit(uint type) { return 1u << type; }
+
+// The types of A and of B, as bits.
 struct PrimitiveBucket {
-  uint bucket, typeA, typeB;
+  uint bucket, typesA, typesB;
 };
 constexpr PrimitiveBucket kBuckets[] = {
-    {BUCKET_SPHERE_SPHERE, SHAPE_SPHERE, SHAPE_SPHERE}, {BUCKET_SPHERE_PLANE, SHAPE_SPHERE, SHAPE_PLANE},
-    {BUCKET_BOX_PLANE, SHAPE_BOX, SHAPE_PLANE},         {BUCKET_SPHERE_BOX, SHAPE_SPHERE, SHAPE_BOX},
-    {BUCKET_CAPSULES, SHAPE_CAPSULE, SHAPE_CAPSULE},    {BUCKET_CAPSULE_PLANE, SHAPE_CAPSULE, SHAPE_PLANE},
-    {BUCKET_HULL_PLANE, SHAPE_HULL, SHAPE_PLANE},
+    {BUCKET_SPHERE_SPHERE, bit(SHAPE_SPHERE), bit(SHAPE_SPHERE)},
+    {BUCKET_SPHERE_PLANE, bit(SHAPE_SPHERE), bit(SHAPE_PLANE)},
+    {BUCKET_BOX_PLANE, bit(SHAPE_BOX), bit(SHAPE_PLANE)},
+    {BUCKET_SPHERE_BOX, bit(SHAPE_SPHERE), bit(SHAPE_BOX)},
+    {BUCKET_CAPSULES, bit(SHAPE_CAPSULE), bit(SHAPE_CAPSULE)},
+    {BUCKET_CAPSULE_PLANE, bit(SHAPE_CAPSULE), bit(SHAPE_PLANE)},
+    {BUCKET_HULL_PLANE, bit(SHAPE_HULL), bit(SHAPE_PLANE)},
+    {BUCKET_CURVED_PLANE, bit(SHAPE_CYLINDER) | bit(SHAPE_CONE) | bit(SHAPE_MULTI_SPHERE), bit(SHAPE_PLANE)},
 };
 
 }  // namespace
@@ -22,7 +29,7 @@ constexpr PrimitiveBucket kBuckets[] = {
 void CollidePrimitives::enqueue(Queue& queue, DeviceWorld& world, uint shapeTypes) {
   queue.enterStage("42_collide_primitives");
   for (const auto& b : kBuckets) {
-    if (!(shapeTypes >> b.typeA & 1u) || !(shapeTypes >> b.typeB & 1u)) continue;
+    if (!(shapeTypes & b.typesA) || !(shapeTypes & b.typesB)) continue;
     Kernel& kernel = m_kernels[b.bucket];
     if (!kernel.isBuilt()) {
       kernel = Kernel(queue.device(), "stages/42_collide_primitives.cl", "collidePrimitives",

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "44_find_closest_features_reference.h"
+#include "curved_reference.h"
 #include "pick_points_reference.h"
 
 namespace btgpu {
@@ -101,6 +102,11 @@ void capsules(const Shape& a, const BodyPose& poseA, const Shape& b, const BodyP
   add(raw, c.onB - c.normal * b.margin, distance);
 }
 
+// What is a hull to others, and a box to planes.
+uint bucketOnPlane(uint bucket, const Shape& a) {
+  return bucket == BUCKET_HULL_PLANE && (a.variant & HULL_BOX) ? BUCKET_BOX_PLANE : bucket;
+}
+
 bool isPrimitive(uint bucket) {
   return (bucket >= BUCKET_SPHERE_SPHERE && bucket <= BUCKET_SPHERE_BOX) ||
          (bucket >= BUCKET_CAPSULES && bucket <= BUCKET_HULL_PLANE);
@@ -138,6 +144,7 @@ void hullPlane(const Shape& a, const BodyPose& poseA, const Plane& plane, const 
 
 RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPose& poseA, const Shape& b,
                                        const BodyPose& poseB, float threshold, const HullArrays& hulls, double slack) {
+  bucket = bucketOnPlane(bucket, a);
   const double limit = threshold + slack;
   const Vec bFromA = toVec(poseB.position) - toVec(poseA.position);
   RawContacts raw{};
@@ -175,6 +182,7 @@ RawContacts collidePrimitivesReference(uint bucket, const Shape& a, const BodyPo
 void collidePrimitivesReference(const PairArrays& in, std::vector<RawContacts>& contacts) {
   for (size_t i = 0; i < in.pairs.size(); ++i) {
     const Pair& p = in.pairs[i];
+    if (p.bucket == BUCKET_CURVED_PLANE) contacts[i] = curvedPlaneReference(in, p);
     if (!isPrimitive(p.bucket)) continue;
     contacts[i] = collidePrimitivesReference(p.bucket, in.shapeOf(p.bodyA), in.poses[p.bodyA], in.shapeOf(p.bodyB),
                                              in.poses[p.bodyB], in.thresholdOf(p), in.hulls);
@@ -383,6 +391,10 @@ void checkPrimitiveContacts(Contract& contract, const PairArrays& in, const std:
   for (size_t i = 0; i < in.pairs.size(); ++i) {
     const Pair& p = in.pairs[i];
     contract.at("pair {} (bodies {} and {})", i, p.bodyA, p.bodyB);
+    if (p.bucket == BUCKET_CURVED_PLANE) {
+      checkCurvedPlane(contract, in, p, device[i]);
+      continue;
+    }
     if (!isPrimitive(p.bucket)) {
       contract.require(std::memcmp(&device[i], &before[i], sizeof(RawContacts)) == 0, "another stage's candidates");
       continue;
@@ -401,7 +413,7 @@ void checkPrimitiveContacts(Contract& contract, const PairArrays& in, const std:
     } else if (p.bucket == BUCKET_CAPSULES) {
       checkCapsules(contract, s, device[i]);
     } else {
-      checkOnPlane(contract, in, p.bucket, s, device[i]);
+      checkOnPlane(contract, in, bucketOnPlane(p.bucket, a), s, device[i]);
     }
   }
 }

@@ -14,12 +14,21 @@ namespace btgpu {
 class FindClosestFeatures {
  public:
   explicit FindClosestFeatures(ComputeDevice& device) : m_compact(device) {}
-  void enqueue(Queue& queue, DeviceWorld& world);
+  // `flat`, `curved`: whether the world may have pairs of BUCKET_FIRST_CONVEX to BUCKET_HULL_HULL, and of
+  // BUCKET_CURVED.
+  void enqueue(Queue& queue, DeviceWorld& world, bool flat = true, bool curved = true);
 
  private:
-  void build(ComputeDevice& device);  // when a world first has such pairs
+  struct Kernels {
+    Kernel findClosestFeatures, findWaysOut;
+  };
+  // Built when a world first has such pairs.
+  static void build(ComputeDevice& device, Kernels& kernels, const char* options);
+  void enqueueSearch(Queue& queue, DeviceWorld& world, Kernels& kernels);
+  void enqueueWaysOut(Queue& queue, DeviceWorld& world, Kernels& kernels);
 
-  Kernel m_countConvexPairs, m_findClosestFeatures, m_findWaysOut;
+  Kernel m_countConvexPairs;
+  Kernels m_flat, m_curved;
   Compact m_compact;
   DeviceArray<uint> m_convexCount{"convex pair count"}, m_near{"near pair flags"}, m_overlap{"core overlap flags"};
   DeviceArray<uint> m_overlapping{"overlapping cores"}, m_overlapCount{"overlapping core count"};

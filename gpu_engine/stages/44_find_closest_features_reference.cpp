@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "curved_reference.h"
+
 namespace btgpu {
 namespace {
 
@@ -254,12 +256,25 @@ PlacedCores CorePlacer::place(const Pair& pair) {
   const Vec bFromA = m_in.bFromA(pair);
   PlacedCores c;
   c.rotationA = rotationOf(m_in.poses[pair.bodyA].orientation);
-  c.a = placed(polytopeAt(m_in.shapeIndexOf(pair.bodyA)), c.rotationA, {});
-  c.b = placed(polytopeAt(m_in.shapeIndexOf(pair.bodyB)), rotationOf(m_in.poses[pair.bodyB].orientation), bFromA);
+  // Bullet leaves the margins of two shapes with polyhedral features out, and that of a triangle under a sphere.
+  const auto has = [](const Shape& s, int bit) {
+    return (s.type == SHAPE_HULL || s.type == SHAPE_BOX) && (s.variant & bit);
+  };
+  const bool bare = has(a, HULL_POLYHEDRAL) && has(b, HULL_POLYHEDRAL);
+  const bool bareA = bare || (has(a, HULL_TRIANGLE) && b.type == SHAPE_SPHERE);
+  const bool bareB = bare || (has(b, HULL_TRIANGLE) && a.type == SHAPE_SPHERE);
+  const auto polytope = [&](uint body) {
+    Shape shape = m_in.shapeOf(body);
+    shape.margin = 0;
+    return bare ? polytopeOf(shape, m_in.hulls) : polytopeAt(m_in.shapeIndexOf(body));
+  };
+  c.a = placed(polytope(pair.bodyA), c.rotationA, {});
+  c.b = placed(polytope(pair.bodyB), rotationOf(m_in.poses[pair.bodyB].orientation), bFromA);
   c.size = length(toVec(a.extents)) + length(toVec(b.extents));
   for (const Shape* s : {&a, &b}) c.size += s->type == SHAPE_HULL ? length(toVec(s->centre)) : 0;
   c.reach = c.size + length(bFromA);
-  c.margins = double(a.margin) + b.margin;
+  c.marginB = bareB ? 0 : b.margin;
+  c.margins = (bareA ? 0 : a.margin) + c.marginB;
   c.threshold = m_in.thresholdOf(pair);
   return c;
 }
@@ -286,6 +301,13 @@ ClosestPairs findClosestFeaturesReference(const PairArrays& in, std::vector<RawC
   const uint first = in.bucketFirst[BUCKET_FIRST_CONVEX];
   for (uint n = first; n < in.bucketFirst[BUCKET_LAST_CONVEX + 1]; ++n) {
     contacts[in.items[n]].count = 0;
+    if (in.pairs[in.items[n]].bucket == BUCKET_CURVED) {
+      const ClosestFeatures f = curvedFeaturesReference(in, in.pairs[in.items[n]]);
+      const bool near = f.normal.w < curvedPairOf(in, in.pairs[in.items[n]]).limit();
+      out.closest.push_back(near ? f : ClosestFeatures{});
+      if (near) out.near.push_back(n - first);
+      continue;
+    }
     const PlacedCores c = placer.place(in.pairs[in.items[n]]);
     ClosestCores found = closestCoresReference(c.a, c.b, c.limit());
     out.closest.push_back({});
@@ -350,6 +372,18 @@ void checkClosestFeatures(Contract& contract, const PairArrays& in, const Closes
     const uint i = in.items[first + position];
     const Pair& p = in.pairs[i];
     contract.at("pair {} (bodies {} and {}), position {}", i, p.bodyA, p.bodyB, position);
+    if (p.bucket == BUCKET_CURVED) {
+      const CurvedPair c = curvedPairOf(in, p);
+      const double error = 3e-5 * (c.size + length(in.bFromA(p)));
+      if (near < device.near.size() && device.near[near] == position) {
+        ++near;
+        checkCurvedFeatures(contract, in, p, device.closest[position]);
+        contract.within("how far apart they are, and listed", device.closest[position].normal.w - c.limit(), error);
+      } else {
+        contract.within("how near they are, and not listed", c.limit() - widestGapReference(c).gap, error);
+      }
+      continue;
+    }
     const PlacedCores c = placer.place(p);
     const double error = kRounding * c.size;
     const ClosestCores expected = closestCoresReference(c.a, c.b, c.limit() + 1e-4 * c.reach);

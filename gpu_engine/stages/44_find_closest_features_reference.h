@@ -3,7 +3,7 @@
 // Host reference of stage 44's second half, closest features of convex cores: every feature of the one against every
 // feature of the other, in double. Separations agree within 1e-5 of the pair's size (Core sizes plus margins): the
 // kernel computes in float, takes cores nearer than that for touching, and prefers a face's axis within 1e-5. Where
-// two axes are as good within that, the kernel may choose the other one.
+// two axes are as good within that, the kernel may choose the other one. Pairs of BUCKET_CURVED: curved_reference.h.
 #pragma once
 
 #include <limits>
@@ -53,7 +53,8 @@ struct PlacedCores {
   reference::Matrix rotationA;
   double size;   // of both shapes, what the kernels' slacks are in proportion to
   double reach;  // with the distance of their centres: no vertex of the one is farther from one of the other
-  double margins, threshold;                            // of both; how far apart surfaces may be for a contact
+  double margins, threshold;  // of both; how far apart surfaces may be for a contact
+  double marginB;
   double limit() const { return margins + threshold; }  // how far apart cores may be
 };
 

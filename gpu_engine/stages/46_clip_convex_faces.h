@@ -10,10 +10,13 @@ namespace btgpu {
 // picked. Reads closest[] and nearPairs[] of stage 44; writes contacts[] by pair index.
 class ClipConvexFaces {
  public:
-  void enqueue(Queue& queue, DeviceWorld& world);
+  // `flat`, `curved`: as for stage 44.
+  void enqueue(Queue& queue, DeviceWorld& world, bool flat = true, bool curved = true);
 
  private:
-  Kernel m_clipConvexFaces;  // built when a world first has such pairs
+  static void enqueue(Queue& queue, DeviceWorld& world, Kernel& kernel, const char* options);
+
+  Kernel m_flat, m_curved;  // built when a world first has such pairs
 };
 
 }  // namespace btgpu

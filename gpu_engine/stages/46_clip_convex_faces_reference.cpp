@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "curved_reference.h"
 #include "pick_points_reference.h"
 
 namespace btgpu {
@@ -118,9 +119,13 @@ void clipConvexFacesReference(const PairArrays& in, const ClosestPairs& found, s
   CorePlacer placer(in);
   for (const uint position : found.near) {
     const uint i = in.items[in.bucketFirst[BUCKET_FIRST_CONVEX] + position];
+    if (in.pairs[i].bucket == BUCKET_CURVED) {
+      contacts[i] = curvedContactsReference(in, in.pairs[i], found.closest[position]);
+      continue;
+    }
     const PlacedCores c = placer.place(in.pairs[i]);
     const auto [axis, onB, separation] = foundOf(c, found.closest[position]);
-    const double marginB = in.shapeOf(in.pairs[i].bodyB).margin;
+    const double marginB = c.marginB;
     std::vector<PickCandidate> candidates;
     if (!isPoint(c.a) && !isPoint(c.b)) {
       for (const RegionCorner& corner : regionCornersReference(c.a, c.b, axis, kFaceAlongAxis)) {
@@ -286,13 +291,17 @@ void checkClippedConvexFaces(Contract& contract, const PairArrays& in, const Clo
     contract.at("pair {} (bodies {} and {}), position {}", i, pair.bodyA, pair.bodyB, position);
     contract.require(raw.count >= 0 && raw.count <= 4, "count of points");
     if (!contract.ok()) return;
+    if (pair.bucket == BUCKET_CURVED) {
+      checkCurvedContacts(contract, in, pair, found.closest[position], raw);
+      continue;
+    }
     const PlacedCores c = placer.place(pair);
     ConvexPair p{c, foundOf(c, found.closest[position]), {}, kRounding * c.reach};
     // A rotated vector: some five roundings.
     contract.near("normal", raw.normal, toFloat4(-p.found.axis), 1e-6);
     contract.same("w of the normal", raw.normal.w, 0);
     for (int k = 0; k < raw.count; ++k) {
-      const Vec inCore = p.found.axis * double(in.shapeOf(pair.bodyB).margin);
+      const Vec inCore = p.found.axis * c.marginB;
       p.picked.push_back({toVec(raw.points[k]) + inCore, raw.points[k].w});
     }
     if (contract.ok()) checkConvexPair(contract, p, Contract(contract));

@@ -23,8 +23,20 @@ LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     extent =
         vec3(dot3(abs3(r.row0), shape.extents), dot3(abs3(r.row1), shape.extents), dot3(abs3(r.row2), shape.extents));
-  } else if (shape.type == SHAPE_CAPSULE || shape.type == SHAPE_HULL || shape.type == SHAPE_COMPOUND) {
-    // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb, btCompoundShape::getAabb.
+  } else if (shape.type == SHAPE_CONE) {
+    // btConvexInternalShape::getAabbSlow: of the tip and the rim of the base.
+    const Matrix3 r = matrixFromQuaternion(pose.orientation);
+    const float4 up = matrixColumn(r, shape.variant), tip = up * shape.halfLength;
+    const float4 rim = vec3(shape.radius * sqrt(fmax(0.0f, 1.0f - up.x * up.x)),
+                            shape.radius * sqrt(fmax(0.0f, 1.0f - up.y * up.y)),
+                            shape.radius * sqrt(fmax(0.0f, 1.0f - up.z * up.z)));
+    const float4 upper = fmax(tip, rim - tip), lower = fmin(tip, -rim - tip);
+    const float m = shape.margin;
+    extent = (upper - lower) * 0.5f + vec3(m, m, m);
+    centre = xyz(pose.position) + (upper + lower) * 0.5f;
+  } else if (shape.type != SHAPE_PLANE) {
+    // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb, btCylinderShape::getAabb,
+    // btCompoundShape::getAabb: of the box around the shape in its own axes.
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     const float radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f;
     const float4 reach = shape.extents + vec3(radius, radius, radius);

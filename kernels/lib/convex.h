@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Convex shapes as Bullet's convex algorithms see them: a core (point, segment, box, hull) with a margin around it.
-// Here the distance of two cores that do not overlap: GJK. All in A's axes, from A's position.
+// Convex shapes as Bullet's convex algorithms see them: a core (point, segment, box, hull, cylinder, cone, spheres) with
+// a margin around it. Here the distance of two cores that do not overlap: GJK, for those that have vertices; the others'
+// is in curved.h. All in A's axes, from A's position.
 //
 // A sphere's and a capsule's core is kept as a box with three or two extents of zero, so that all but the hull are
 // one case: 8 vertices (bit k of the index: the positive end along axis k), 6 faces, 12 edges.
@@ -10,6 +11,12 @@
 #include "../shared/contact.h"
 #include "../shared/shape.h"
 #include "vec.h"
+// Kernels of worlds without curved shapes are built without what these need.
+#if defined(__OPENCL_C_VERSION__) && !defined(BTGPU_CURVED)
+#define IS_CURVED(core) 0
+#else
+#define IS_CURVED(core) ((core).curved != 0)
+#endif
 #if defined(__OPENCL_C_VERSION__) && defined(BTGPU_SHAPE_CPU)
 #include "support_wide.h"
 #define BTGPU_WIDE_SUPPORT
@@ -39,11 +46,16 @@ STRUCT(Hulls) {
 };
 
 STRUCT(Core) {
+  int curved;  // SHAPE_* of a cylinder, cone or multi-sphere, else 0
   int isHull;
   int isPolytope;  // has faces that others can rest on
   float4 extents;  // half extents if it is not a hull, else of its AABB
   int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;
   float margin;
+  // Of a cylinder or cone.
+  int axis;
+  float radius, halfLength;
+  float4 facing;  // of what is curved, when faces are asked for: the direction that they are to look along
 };
 
 STRUCT(CorePair) {
@@ -53,10 +65,20 @@ STRUCT(CorePair) {
   float size;     // of both together: what rounding errors are in proportion to
 };
 
+LIB int isCurvedShape(int type) {
+  return type == SHAPE_CYLINDER || type == SHAPE_CONE || type == SHAPE_MULTI_SPHERE;
+}
+
 LIB Core coreOf(Shape shape) {
   Core core;
+  core.curved = isCurvedShape(shape.type) ? shape.type : 0;
+  core.axis = shape.variant;
+  core.radius = shape.radius;
+  core.halfLength = shape.halfLength;
+  core.facing = vec3(1.0f, 0.0f, 0.0f);
   core.isHull = shape.type == SHAPE_HULL;
-  core.isPolytope = core.isHull || shape.type == SHAPE_BOX;
+  core.isPolytope =
+      core.isHull || shape.type == SHAPE_BOX || shape.type == SHAPE_CYLINDER || shape.type == SHAPE_CONE;
   core.extents = vec3(0.0f, 0.0f, 0.0f);
   core.margin = shape.margin;
   if (shape.type == SHAPE_BOX) {
@@ -65,7 +87,7 @@ LIB Core coreOf(Shape shape) {
     core.extents = xyz(shape.extents);
   }
   core.firstVertex = shape.firstVertex;
-  core.vertexCount = core.isHull ? shape.vertexCount : 8;
+  core.vertexCount = core.isHull || shape.type == SHAPE_MULTI_SPHERE ? shape.vertexCount : 8;
   core.firstFace = shape.firstFace;
   core.faceCount = core.isHull ? shape.faceCount : 6;
   core.firstEdge = shape.firstEdge;
@@ -73,8 +95,14 @@ LIB Core coreOf(Shape shape) {
   return core;
 }
 
+LIB int hasVariant(Shape s, int bit) { return (s.type == SHAPE_HULL || s.type == SHAPE_BOX) && (s.variant & bit); }
+
 LIB CorePair corePairOf(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float4 bFromA) {
   CorePair pair;
+  // btPolyhedralContactClipping, SphereTriangleDetector
+  if (hasVariant(a, HULL_POLYHEDRAL) && hasVariant(b, HULL_POLYHEDRAL)) a.margin = b.margin = 0.0f;
+  if (a.type == SHAPE_SPHERE && hasVariant(b, HULL_TRIANGLE)) b.margin = 0.0f;
+  if (b.type == SHAPE_SPHERE && hasVariant(a, HULL_TRIANGLE)) a.margin = 0.0f;
   pair.a = coreOf(a);
   pair.b = coreOf(b);
   pair.turn.row0 = mulTransposed(rb, matrixColumn(ra, 0));
@@ -119,28 +147,125 @@ LIB int coreSupport(Core core, Hulls hulls, float4 direction) {
 #endif
 }
 
+// A cylinder's or cone's point farthest along the direction. At its centre a cap's point is any.
+LIB float4 roundSupport(Core core, float4 direction) {
+  const float4 up = unitVector(core.axis);
+  const float along = dot3(direction, up);
+  const float4 across = xyz(direction) - up * along;
+  const float size = length3(across);
+  const float4 rim = across * (size > 0.0f ? core.radius / size : 0.0f);
+  if (core.curved == SHAPE_CYLINDER) return rim + up * (along < 0.0f ? -core.halfLength : core.halfLength);
+  // The tip against the rim of the base.
+  if (along * core.halfLength > size * core.radius - along * core.halfLength) return up * core.halfLength;
+  return rim - up * core.halfLength;
+}
+
+// Of spheres: the point farthest along the direction.
+LIB float4 spheresSupport(Core core, Hulls hulls, float4 direction) {
+  const float4 stretch = hulls.vertices[core.firstVertex + core.vertexCount];
+  const float4 stretched = scale3(stretch, direction);
+  const float size = length3(stretched);
+  const float4 outward = size > 0.0f ? scale3(stretch, stretched) / size : vec3(0.0f, 0.0f, 0.0f);
+  float4 best = vec3(0.0f, 0.0f, 0.0f);
+  float farthest = -INFINITY;
+  for (int i = 0; i < core.vertexCount; ++i) {
+    const float4 sphere = hulls.vertices[core.firstVertex + i];
+    const float along = dot3(sphere, direction) + sphere.w * size;
+    if (!(along > farthest)) continue;
+    farthest = along;
+    best = xyz(sphere) + outward * sphere.w;
+  }
+  return best;
+}
+
+// Of any core: its point farthest along the direction, in its own axes. The one place that knows all shapes.
+LIB float4 coreSupportPoint(Core core, Hulls hulls, float4 direction) {
+  if (IS_CURVED(core)) {
+    return core.curved == SHAPE_MULTI_SPHERE ? spheresSupport(core, hulls, direction) : roundSupport(core, direction);
+  }
+  return coreVertex(core, hulls, coreSupport(core, hulls, direction));
+}
+
 LIB float4 vertexOfB(CorePair pair, Hulls hulls, int i) {
   return pair.offset + mulMatrix(pair.turn, coreVertex(pair.b, hulls, i));
 }
-// The vertices of A and of B that lie farthest along the direction.
+// The points of A and of B that lie farthest along the direction.
 LIB float4 supportOfA(CorePair pair, Hulls hulls, float4 direction) {
-  return coreVertex(pair.a, hulls, coreSupport(pair.a, hulls, direction));
+  return coreSupportPoint(pair.a, hulls, direction);
 }
 LIB float4 supportOfB(CorePair pair, Hulls hulls, float4 direction) {
-  return vertexOfB(pair, hulls, coreSupport(pair.b, hulls, mulTransposed(pair.turn, direction)));
+  return pair.offset + mulMatrix(pair.turn, coreSupportPoint(pair.b, hulls, mulTransposed(pair.turn, direction)));
+}
+
+// What curved shapes show along `facing`, as faces with corners on them: a cap, as an octagon; the line of a cylinder
+// or cone that lies along a plane there; or a point.
+#define PATCH_CAP 0    // of a cylinder: at -halfLength; of a cone: the base
+#define PATCH_TOP 1    // of a cylinder: at +halfLength
+#define PATCH_LINE 2
+#define PATCH_POINT 3
+#define CAP_CORNERS 8
+#define PATCH_COSINE 0.995f  // as FACE_ALONG_AXIS in convex_clip.h
+
+LIB int patchAlong(Core core, float4 direction) {
+  if (core.curved == SHAPE_MULTI_SPHERE) return PATCH_POINT;
+  const float4 up = unitVector(core.axis);
+  const float size = length3(direction), along = dot3(direction, up);
+  const float across = sqrt(fmax(0.0f, size * size - along * along));
+  if (core.curved == SHAPE_CYLINDER) {
+    if (fabs(along) > PATCH_COSINE * size) return along < 0.0f ? PATCH_CAP : PATCH_TOP;
+    return across > PATCH_COSINE * size ? PATCH_LINE : PATCH_POINT;
+  }
+  const float sign = core.halfLength < 0.0f ? -1.0f : 1.0f, height = 2.0f * fabs(core.halfLength);
+  if (-along * sign > PATCH_COSINE * size) return PATCH_CAP;
+  const float slant = sqrt(height * height + core.radius * core.radius);
+  // The normal of its side leans towards the tip by radius / slant.
+  return across * height + along * sign * core.radius > PATCH_COSINE * size * slant ? PATCH_LINE : PATCH_POINT;
+}
+
+LIB float4 patchCorner(Core core, Hulls hulls, int patch, int k) {
+  if (patch == PATCH_POINT) return coreSupportPoint(core, hulls, core.facing);
+  const float4 up = unitVector(core.axis);
+  if (patch == PATCH_LINE) {
+    const float4 across = core.facing - up * dot3(core.facing, up);
+    const float4 rim = across * (core.radius / length3(across));
+    if (core.curved == SHAPE_CONE) return k ? up * core.halfLength : xyz(rim) - up * core.halfLength;
+    return xyz(rim) + up * (k ? core.halfLength : -core.halfLength);
+  }
+  // Anticlockwise from outside.
+  const int outsideIsUp = core.curved == SHAPE_CONE ? core.halfLength < 0.0f : patch == PATCH_TOP;
+  const int eighth = (outsideIsUp ? k : CAP_CORNERS - k) & 7;
+  const float slanted = BTGPU_HALF_SQRT2;
+  const float u = eighth == 0 ? 1.0f : eighth == 4 ? -1.0f : (eighth & 1) == 0 ? 0.0f
+                  : (eighth == 1 || eighth == 7) ? slanted : -slanted;
+  const float v = eighth == 2 ? 1.0f : eighth == 6 ? -1.0f : (eighth & 1) == 0 ? 0.0f
+                  : eighth < 4 ? slanted : -slanted;
+  return (unitVector((core.axis + 1) % 3) * u + unitVector((core.axis + 2) % 3) * v) * core.radius +
+         up * (patch == PATCH_TOP ? core.halfLength : -core.halfLength);
+}
+
+LIB float4 patchPlane(Core core, Hulls hulls, int patch) {
+  if (patch >= PATCH_LINE) {
+    const float4 normal = normalize3(core.facing);
+    return withW(normal, dot3(normal, coreSupportPoint(core, hulls, core.facing)));
+  }
+  const float sign = patch == PATCH_TOP || (core.curved == SHAPE_CONE && core.halfLength < 0.0f) ? 1.0f : -1.0f;
+  return withW(unitVector(core.axis) * sign, fabs(core.halfLength));
 }
 
 // Outward plane of a face in the core's own axes.
 LIB float4 facePlane(Core core, Hulls hulls, int face) {
+  if (IS_CURVED(core)) return patchPlane(core, hulls, face);
   if (core.isHull) return hulls.faces[core.firstFace + face].plane;
   const int axis = face >> 1;
   return withW(unitVector(axis) * (face & 1 ? 1.0f : -1.0f), component(core.extents, axis));
 }
 LIB int faceCorners(Core core, Hulls hulls, int face) {
+  if (IS_CURVED(core)) return face == PATCH_POINT ? 1 : face == PATCH_LINE ? 2 : CAP_CORNERS;
   return core.isHull ? hulls.faces[core.firstFace + face].cornerCount : 4;
 }
 // Corner `k` of a face, anticlockwise from outside.
 LIB float4 faceCorner(Core core, Hulls hulls, int face, int k) {
+  if (IS_CURVED(core)) return patchCorner(core, hulls, face, k);
   if (core.isHull) {
     const int first = hulls.faces[core.firstFace + face].firstCorner;
     return hulls.vertices[core.firstVertex + (int)hulls.corners[first + k]];
@@ -151,6 +276,7 @@ LIB float4 faceCorner(Core core, Hulls hulls, int face, int k) {
 }
 // The face that looks most along the direction, in the core's own axes.
 LIB int faceAlong(Core core, Hulls hulls, float4 direction) {
+  if (IS_CURVED(core)) return patchAlong(core, direction);
   int best = 0;
   float most = -2.0f;
   for (int f = 0; f < core.faceCount; ++f) {

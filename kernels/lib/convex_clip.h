@@ -101,6 +101,8 @@ LIB void offerRegion(REF(PointPicker) picker, Hulls hulls, const FaceView* onA, 
 LIB void collideConvex(CorePair pair, Hulls hulls, ClosestFeatures c, Matrix3 ra, float threshold,
                        REF(RawContacts) out) {
   const float4 axis = xyz(c.normal);
+  pair.a.facing = axis;
+  pair.b.facing = -mulTransposed(pair.turn, axis);
   const float margins = pair.a.margin + pair.b.margin;
   PointPicker picker = makePicker(axis, threshold + margins, SAME_DEPTH * pair.size, threshold);
   int found = 0;

@@ -12,6 +12,10 @@ BTGPU_BEGIN
 // pick_points.h says, the deepest last. Stock (btConvexPlaneCollisionAlgorithm) adds the deepest one a step.
 LIB void collideHullPlane(Shape hull, __global const float4* hullVertices, Matrix3 rotationA, float4 planeInWorld,
                           float4 bFromA, float threshold, REF(RawContacts) out) {
+  if (hull.variant & HULL_BOX) {
+    collideBoxPlane(hull.extents, rotationA, planeInWorld, bFromA, threshold, out);
+    return;
+  }
   const float4 normal = xyz(planeInWorld), normalInA = mulTransposed(rotationA, planeInWorld);
   const float centre = -dot3(planeInWorld, bFromA) - planeInWorld.w - hull.margin;
   const float size = length3(hull.centre) + length3(hull.extents);

@@ -13,8 +13,16 @@ BTGPU_BEGIN
 #define SHAPE_PLANE 3
 #define SHAPE_CAPSULE 4
 #define SHAPE_HULL 5
+#define SHAPE_CYLINDER 6
+#define SHAPE_CONE 7
+#define SHAPE_MULTI_SPHERE 8
 #define SHAPE_COMPOUND 9  // of a body whose shapes have slots of their own (BODY_CHILD); collides with nothing itself
 #define SHAPE_HOST 16  // a shape that the device lacks: its AABB and its contacts come from the host
+
+// Bits of Shape.variant.
+#define HULL_POLYHEDRAL 1  // with Bullet's polyhedral features: two such collide without margins
+#define HULL_TRIANGLE 2    // btTriangleShape: spheres collide with it without its margin
+#define HULL_BOX 4         // a flat or scaled box: to planes, and to them alone, it has its corners
 
 #define HULL_PADDING 15  // BTGPU_WIDE - 1
 
@@ -22,15 +30,18 @@ STRUCT(Shape) {
   int type;                 // SHAPE_*
   float margin;             // Bullet's collision margin; a sphere's and a capsule's is its radius
   float breakingThreshold;  // length: a contact is dropped when its points are farther apart
-  float unused;
+  int variant;  // cylinder, cone: the axis, 0 to 2; hull, box: HULL_*
   // Box: half extents with margin; sphere: x = radius; plane: xyz = normal, w = constant; capsule: half of the inner
-  // segment along its axis, zero along the others; hull, compound: half extents of its AABB in its own axes, as Bullet has it.
+  // segment along its axis, zero along the others; all others: half extents of its AABB in its own axes, as Bullet has
+  // it.
   float4 extents;
-  float4 centre;  // hull, compound: centre of that AABB; w = 0
+  float4 centre;  // hull, multi-sphere, compound: centre of that AABB; w = 0
   // Hull: its part of the arrays of all hulls. Vertices lie without the margin; after the last one of all hulls there
-  // are HULL_PADDING more, which may be read.
+  // are HULL_PADDING more, which may be read. Multi-sphere: the spheres' centres, w: what the radius is larger than the
+  // margin; then, not counted, how far these spheres are stretched along the shape's axes.
   int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;
-  int unused2[2];
+  // Cylinder, cone: of the core. A cone's tip is at +halfLength, which may be below zero.
+  float radius, halfLength;
 };
 
 // Faces and edges of a hull, in its own axes. What has no volume has faces too, so that every direction in which two
@@ -61,17 +72,19 @@ STRUCT(HullEdge) {
 #define BUCKET_CAPSULES 6  // a capsule and a capsule or sphere
 #define BUCKET_CAPSULE_PLANE 7
 #define BUCKET_HULL_PLANE 8
-#define BUCKET_CAPSULE_BOX 9  // from here to BUCKET_HULL_HULL: by closest features, with faces clipped
+#define BUCKET_CAPSULE_BOX 9  // from here to BUCKET_CURVED: by closest features, with faces clipped
 #define BUCKET_SPHERE_HULL 10
 #define BUCKET_CAPSULE_HULL 11
 #define BUCKET_BOX_HULL 12
 #define BUCKET_HULL_HULL 13
-#define BUCKET_NONE 14  // no contacts can arise (two planes)
-#define BUCKET_HOST 15  // the host finds the contacts
-#define BUCKET_COUNT 16
+#define BUCKET_CURVED 14        // likewise: a cylinder, cone or multi-sphere and anything but a plane
+#define BUCKET_CURVED_PLANE 15  // one of them and a plane
+#define BUCKET_NONE 16  // no contacts can arise (two planes)
+#define BUCKET_HOST 17  // the host finds the contacts
+#define BUCKET_COUNT 18
 
 #define BUCKET_FIRST_CONVEX BUCKET_CAPSULE_BOX
-#define BUCKET_LAST_CONVEX BUCKET_HULL_HULL
+#define BUCKET_LAST_CONVEX BUCKET_CURVED
 
 BTGPU_END
 #endif

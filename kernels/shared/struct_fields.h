@@ -91,10 +91,10 @@
     FIELD(SlotHeader, bodyA) FIELD(SlotHeader, bodyB) FIELD(SlotHeader, manifold)                           \
     FIELD(SlotHeader, pointCount)                                                                           \
   SIZE(Shape, 80)                                                                                           \
-    FIELD(Shape, type) FIELD(Shape, margin) FIELD(Shape, breakingThreshold) FIELD(Shape, unused)            \
+    FIELD(Shape, type) FIELD(Shape, margin) FIELD(Shape, breakingThreshold) FIELD(Shape, variant)           \
     FIELD(Shape, extents) FIELD(Shape, centre) FIELD(Shape, firstVertex) FIELD(Shape, vertexCount)          \
     FIELD(Shape, firstFace) FIELD(Shape, faceCount) FIELD(Shape, firstEdge) FIELD(Shape, edgeCount)         \
-    FIELD(Shape, unused2)                                                                                   \
+    FIELD(Shape, radius) FIELD(Shape, halfLength)                                                           \
   SIZE(Ray, 48)                                                                                             \
     FIELD(Ray, from) FIELD(Ray, to) FIELD(Ray, filterGroup) FIELD(Ray, filterMask) FIELD(Ray, flags)        \
     FIELD(Ray, ignored)                                                                                     \

@@ -7,6 +7,10 @@
 // Which algorithm finds the contacts of two shapes. Low is the lower SHAPE_* constant.
 static uint bucketOfShapes(int typeA, int typeB) {
   const int low = min(typeA, typeB), high = max(typeA, typeB);
+  if (low == SHAPE_NONE) return BUCKET_NONE;
+  if (high >= SHAPE_CYLINDER && high <= SHAPE_MULTI_SPHERE) {
+    return low == SHAPE_PLANE ? BUCKET_CURVED_PLANE : BUCKET_CURVED;
+  }
   if (low == SHAPE_SPHERE && high == SHAPE_SPHERE) return BUCKET_SPHERE_SPHERE;
   if (low == SHAPE_SPHERE && high == SHAPE_BOX) return BUCKET_SPHERE_BOX;
   if (low == SHAPE_SPHERE && high == SHAPE_PLANE) return BUCKET_SPHERE_PLANE;

@@ -5,12 +5,17 @@
 #include "../lib/collide.h"
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
+#include "../lib/pick_points.h"
 #if BTGPU_BUCKET == BUCKET_HULL_PLANE
 #include "../lib/hull_plane.h"
 #endif
+#if BTGPU_BUCKET == BUCKET_CURVED_PLANE
+#define BTGPU_CURVED
+#include "../lib/curved_plane.h"
+#endif
 
 #if BTGPU_BUCKET == BUCKET_SPHERE_PLANE || BTGPU_BUCKET == BUCKET_BOX_PLANE || \
-    BTGPU_BUCKET == BUCKET_CAPSULE_PLANE || BTGPU_BUCKET == BUCKET_HULL_PLANE
+    BTGPU_BUCKET == BUCKET_CAPSULE_PLANE || BTGPU_BUCKET == BUCKET_HULL_PLANE || BTGPU_BUCKET == BUCKET_CURVED_PLANE
 // The plane of B in world axes, constant from B's position.
 static float4 planeInWorld(Shape plane, BodyPose pose) {
   return withW(rotate(pose.orientation, plane.extents), plane.extents.w);
@@ -48,6 +53,9 @@ static void collide(Shape a, Shape b, BodyPose poseA, BodyPose poseB, float thre
 #elif BTGPU_BUCKET == BUCKET_HULL_PLANE
   collideHullPlane(a, hullVertices, matrixFromQuaternion(poseA.orientation), planeInWorld(b, poseB), bFromA, threshold,
                    raw);
+#elif BTGPU_BUCKET == BUCKET_CURVED_PLANE
+  collideCurvedPlane(a, hullVertices, matrixFromQuaternion(poseA.orientation), planeInWorld(b, poseB), bFromA,
+                     threshold, raw);
 #endif
 }
 

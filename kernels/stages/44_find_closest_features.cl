@@ -1,16 +1,27 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Pairs in which a hull takes part, and capsules on boxes: where they are closest. Positions count from the first such
-// pair in items[]; the buckets lie side by side.
+// Pairs in which a hull or something curved takes part, and capsules on boxes: where they are closest. Positions count
+// from the first such pair in items[]; the buckets lie side by side. Built twice, with BTGPU_CURVED for the pairs with
+// something curved.
+#include "../lib/convex.h"
+#ifdef BTGPU_CURVED
+#include "../lib/curved.h"
+#define FIRST_BUCKET BUCKET_CURVED
+#define LAST_BUCKET BUCKET_CURVED
+#else
 #include "../lib/convex_sat.h"
+#define FIRST_BUCKET BUCKET_FIRST_CONVEX
+#define LAST_BUCKET BUCKET_HULL_HULL
+#endif
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
 
 // A hull's part of the arrays of all hulls is there.
 #define ASSERT_HULL(s)                                                                                                 \
-  ASSERT((s).type != SHAPE_HULL || (uint)((s).firstVertex + (s).vertexCount) <= LENGTH(hullVertices), (s).firstVertex, \
-         (s).vertexCount);                                                                                             \
+  ASSERT(((s).type != SHAPE_HULL && (s).type != SHAPE_MULTI_SPHERE) ||                                                 \
+             (uint)((s).firstVertex + (s).vertexCount) <= LENGTH(hullVertices),                                        \
+         (s).firstVertex, (s).vertexCount);                                                                            \
   ASSERT((s).type != SHAPE_HULL || (uint)((s).firstFace + (s).faceCount) <= LENGTH(hullFaces), (s).firstFace,          \
          (s).faceCount);                                                                                               \
   ASSERT((s).type != SHAPE_HULL || (uint)((s).firstEdge + (s).edgeCount) <= LENGTH(hullEdges), (s).firstEdge,          \
@@ -45,10 +56,10 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
                            __global ClosestFeatures* closest, __global uint* near, __global uint* overlap) {
   RETURN_ON_OVERFLOW(counters);
   const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
-  const uint first = bucketFirst[BUCKET_FIRST_CONVEX];
-  ASSERT(first <= bucketFirst[BUCKET_LAST_CONVEX + 1], first, bucketFirst[BUCKET_LAST_CONVEX + 1]);
-  FOR_EACH(k, bucketFirst[BUCKET_LAST_CONVEX + 1] - first) {
-    const uint i = AT(items, first + k);
+  const uint first = bucketFirst[FIRST_BUCKET], before = first - bucketFirst[BUCKET_FIRST_CONVEX];
+  ASSERT(first <= bucketFirst[LAST_BUCKET + 1], first, bucketFirst[LAST_BUCKET + 1]);
+  FOR_EACH(n, bucketFirst[LAST_BUCKET + 1] - first) {
+    const uint k = before + n, i = AT(items, first + n);
     const Pair pair = AT(pairs, i);
     const Shape a = AT(shapes, AT(infos, pair.bodyA).shapeIndex), b = AT(shapes, AT(infos, pair.bodyB).shapeIndex);
     ASSERT_HULL(a);
@@ -68,8 +79,14 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
     }
     ClosestFeatures found;
     found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
-    const int what = closestFeatures(cores, hulls, start, a.margin + b.margin + threshold, &found);
+    const float limit = cores.a.margin + cores.b.margin + threshold;
+#ifdef BTGPU_CURVED
+    const int what = closestCurved(cores, hulls, start, limit, &found);
+    if (what == CORES_NEAR) preferFlat(cores, hulls, FACE_AS_GOOD * cores.size, &found);
+#else
+    const int what = closestFeatures(cores, hulls, start, limit, &found);
     if (what == CORES_NEAR) preferFace(cores, hulls, &found);
+#endif
     if (what != CORES_FAR) AT(closest, k) = found;
     AT(near, k) = what != CORES_FAR;
     AT(overlap, k) = what == CORES_OVERLAP;
@@ -90,10 +107,15 @@ KERNEL findWaysOut(CHECKS __global const StepCounters* counters, uint pairCapaci
   FOR_EACH(n, itemCount(pairCapacity, overlapCount)) {
     const uint k = AT(overlapping, n);
     const Pair pair = AT(pairs, AT(items, bucketFirst[BUCKET_FIRST_CONVEX] + k));
+    if (pair.bucket < FIRST_BUCKET || pair.bucket > LAST_BUCKET) continue;
     const BodyPose a = AT(poses, pair.bodyA), b = AT(poses, pair.bodyB);
     const CorePair cores =
         corePairOf(AT(shapes, AT(infos, pair.bodyA).shapeIndex), AT(shapes, AT(infos, pair.bodyB).shapeIndex),
                    matrixFromQuaternion(a.orientation), matrixFromQuaternion(b.orientation), b.position - a.position);
+#ifdef BTGPU_CURVED
+    AT(closest, k) = shortestCurvedWayOut(cores, hulls);
+#else
     AT(closest, k) = shortestWayOut(cores, hulls);
+#endif
   }
 }

@@ -5,6 +5,15 @@
 #include "../lib/kernel.h"
 #include "../shared/body.h"
 
+// Built twice, with BTGPU_CURVED for the pairs with something curved.
+#ifdef BTGPU_CURVED
+#define FIRST_BUCKET BUCKET_CURVED
+#define LAST_BUCKET BUCKET_CURVED
+#else
+#define FIRST_BUCKET BUCKET_FIRST_CONVEX
+#define LAST_BUCKET BUCKET_HULL_HULL
+#endif
+
 // Contact candidates of the convex pairs near each other; nearPairs[] lists their positions among the convex pairs.
 KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* nearCount,
                        __global const uint* nearPairs, __global const uint* bucketFirst, __global const uint* items,
@@ -23,6 +32,7 @@ KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCa
     const uint k = AT(nearPairs, n);
     const uint i = AT(items, bucketFirst[BUCKET_FIRST_CONVEX] + k);
     const Pair pair = AT(pairs, i);
+    if (pair.bucket < FIRST_BUCKET || pair.bucket > LAST_BUCKET) continue;
     const Shape a = AT(shapes, AT(infos, pair.bodyA).shapeIndex), b = AT(shapes, AT(infos, pair.bodyB).shapeIndex);
     const BodyPose poseA = AT(poses, pair.bodyA), poseB = AT(poses, pair.bodyB);
     const Matrix3 ra = matrixFromQuaternion(poseA.orientation);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Bodies of many shapes that fall on a plane.
+#include <BulletCollision/CollisionShapes/btBox2dShape.h>
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
+
 #include "parts.h"
 
 namespace scenes {
@@ -59,6 +62,64 @@ void buildHulls(Objects& o, Size n) {
   });
 }
 
+// One of each convex kind in turn.
+btCollisionShape* anyPrimitive(Objects& o, std::mt19937& random, int place) {
+  std::uniform_real_distribution<double> size(0.4, 0.8);
+  const btScalar a = s(size(random)), b = s(size(random)), c = s(size(random));
+  switch (place % 9) {
+    case 0:
+      return o.shape<btCylinderShape>(btVector3(a, b, a));
+    case 1:
+      return o.shape<btConeShape>(a, 2 * b);
+    case 2: {
+      const btVector3 at[] = {btVector3(-a / 2, 0, 0), btVector3(a / 2, 0, 0), btVector3(0, 0, b / 2)};
+      const btScalar radii[] = {a / 2, b / 2, c / 2};
+      return o.shape<btMultiSphereShape>(at, radii, 3);
+    }
+    case 3:
+      return o.shape<btCylinderShapeX>(btVector3(b, a, a));
+    case 4:
+      return o.shape<btConeShapeZ>(a, b);
+    case 5:
+      return o.shape<btUniformScalingShape>(o.box(btVector3(a, b, c) / 2), btScalar(1.5));
+    case 6: {
+      const auto points = randomHull(random, 4, btVector3(1, 1, 1));
+      return o.shape<btBU_Simplex1to4>(points[0] * a, points[1] * a, points[2] * a, points[3] * a);
+    }
+    case 7:
+      return o.shape<btBox2dShape>(btVector3(a, b, s(0.1)));
+    default:
+      return o.shape<btUniformScalingShape>(o.shape<btCylinderShapeZ>(btVector3(a, a, b) / 2), btScalar(1.5));
+  }
+}
+
+void buildPrimitives(Objects& o, Size n) {
+  rain(o, n, [&o](std::mt19937& random, int place) { return anyPrimitive(o, random, place); });
+}
+
+// The same on boxes, a quarter of them turned on edge.
+void buildPrimitivesOnBoxes(Objects& o, Size n) {
+  addFloor(o);
+  btBoxShape* step = o.box(btVector3(2, s(0.5), 2));
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> jitter(-0.2, 0.2);
+  for (int x = 0; x < n.x; ++x) {
+    for (int z = 0; z < n.z; ++z) {
+      const double atX = 2.0 * (x - n.x / 2), atZ = 2.0 * (z - n.z / 2);
+      if (x % 2 == 0 && z % 2 == 0) {
+        const btQuaternion turn(btVector3(0, 0, 1), s((x + z) % 8 ? 0 : 0.785));
+        o.add(0, step, btTransform(turn, btVector3(s(atX), 0, s(atZ))));
+      }
+      for (int y = 0; y < n.y; ++y) {
+        const btQuaternion rotation = randomRotation(random);
+        const double offX = jitter(random), offZ = jitter(random);
+        btCollisionShape* shape = anyPrimitive(o, random, x + 3 * y + z);
+        addRolling(o, shape, btTransform(rotation, btVector3(s(atX + offX), s(2.5 + 2.0 * y), s(atZ + offZ))));
+      }
+    }
+  }
+}
+
 void buildBounce(Objects& o, Size n) {
   addPlane(o);
   o.bodies().front()->setRestitution(1);
@@ -95,6 +156,22 @@ std::vector<Scene> rainScenes() {
        {20, 0, Rest::Yes, 0.05},
        buildHulls,
        {{12, 12, 12}, 240, cube}},
+      {"primitives",
+       "cylinders, cones, multi-spheres, simplices, flat and scaled shapes rained on a plane",
+       {6, 6, 6},
+       600,
+       kStep,
+       {20, 0, Rest::Yes, 0.05},
+       buildPrimitives,
+       {{14, 14, 14}, 240, cube}},
+      {"primitives_on_boxes",
+       "the same rained on boxes",
+       {6, 4, 6},
+       600,
+       kStep,
+       {20, -2, Rest::Yes, 0.05},
+       buildPrimitivesOnBoxes,
+       {{14, 14, 14}, 240, cube}},
       {"bounce",
        "balls and boxes with restitution from 0 to 0.9 dropped on a plane",
        {10, 1, 6},

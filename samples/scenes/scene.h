@@ -36,6 +36,14 @@ class Objects {
   btCapsuleShape* capsule(btScalar radius, btScalar height);
   btConvexHullShape* hull(const std::vector<btVector3>& points);
   btCompoundShape* compound();  // of nothing yet
+  // Any other shape.
+  template <typename Shape, typename... Args>
+  Shape* shape(Args&&... args) {
+    auto made = std::make_unique<Shape>(std::forward<Args>(args)...);
+    Shape* raw = made.get();
+    m_shapes.push_back(std::move(made));
+    return raw;
+  }
   // Adds a body; mass 0 makes it static.
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btTransform& at);
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at);

@@ -41,6 +41,14 @@ struct Workshop {
   }
 };
 
+class OwnCylinder : public btCylinderShape {
+ public:
+  using btCylinderShape::btCylinderShape;
+};
+class OwnConvexMesh : public btConvexTriangleMeshShape {
+ public:
+  using btConvexTriangleMeshShape::btConvexTriangleMeshShape;
+};
 class OwnSphere : public btSphereShape {
  public:
   using btSphereShape::btSphereShape;
@@ -61,17 +69,10 @@ btTriangleMesh* tetrahedron(Workshop& w) {
   return mesh;
 }
 
-btCollisionShape* dumbbell(Workshop& w) {
-  const btVector3 centres[] = {btVector3(s(-0.5), 0, 0), btVector3(s(0.5), 0, 0)};
-  const btScalar radii[] = {s(0.4), s(0.4)};
-  return w.make<btMultiSphereShape>(centres, radii, 2);
-}
-
 const Dropped kDropped[] = {
-    {"Cylinder", "CylinderY", [](Workshop& w) { return w.make<btCylinderShape>(btVector3(s(0.5), s(0.4), s(0.5))); }},
-    {"Cone", "Cone", [](Workshop& w) { return w.make<btConeShape>(s(0.6), 1); }},
-    {"MultiSphere", "MultiSphere", dumbbell},
-    {"ConvexMesh", "ConvexTrimesh", [](Workshop& w) { return w.make<btConvexTriangleMeshShape>(tetrahedron(w)); }},
+    {"DerivedFromCylinder", "CylinderY",
+     [](Workshop& w) { return w.make<OwnCylinder>(btVector3(s(0.5), s(0.4), s(0.5))); }},
+    {"DerivedFromConvexMesh", "ConvexTrimesh", [](Workshop& w) { return w.make<OwnConvexMesh>(tetrahedron(w)); }},
     {"DerivedFromSphere", "SPHERE", [](Workshop& w) { return w.make<OwnSphere>(s(0.5)); }},
 };
 

@@ -9,6 +9,12 @@
 namespace btgpu::test {
 namespace {
 
+// A class of the application's own: its shapes are the host's.
+class OwnCylinder : public btCylinderShape {
+ public:
+  using btCylinderShape::btCylinderShape;
+};
+
 btScalar s(double v) { return static_cast<btScalar>(v); }
 
 // Something for every stage: all shapes, a joint, a shape that Bullet collides, sleepers that are hit.
@@ -53,7 +59,7 @@ class Heap {
   }
 
  private:
-  btCylinderShape m_cylinder{btVector3(s(0.4), s(0.5), s(0.4))};
+  OwnCylinder m_cylinder{btVector3(s(0.4), s(0.5), s(0.4))};
   GpuWorld m_world;
   WorldHash m_hash;
 };

@@ -115,6 +115,10 @@ TEST_F(UpdateAabbsTest, OneOfEachShapeSmall) {
   const uint ball = b.add(b.sphere(0.5f), {1, 2, 3, 0});
   const uint brick = b.add(b.box({0.5f, 1, 2, 0}), {-4, 0, 0, 0}, 1, turnAbout({0, 0, 1, 0}, 0.78539816f));
   const uint ground = b.add(b.plane({0, 1, 0, 0}, 7), {100, 200, 300, 0}, 0);
+  const uint drum = b.add(b.cylinder(0, 0.5f, 1, 0.1f), {0, 0, 0, 0}, 1, turnAbout({0, 1, 0, 0}, 0.5f));
+  const uint hat = b.add(b.cone(1, 0.5f, 1, 0.1f), {0, 0, 0, 0}, 1, turnAbout({0, 0, 1, 0}, 1.5707963f));
+  b.add(b.cone(2, 0.5f, -1, 0.1f), {0, 0, 0, 0}, 1, turnAbout({1, 2, 3, 0}, 0.7f));
+  b.add(b.spheres({{0, 0, 0, 0.5f}, {1, 2, 0, 0}}, 0.1f), {5, 0, 0, 0}, 1, turnAbout({1, 2, 3, 0}, 0.7f));
   const uint free = b.addFree();
   const auto out = expectAsReference(inputOf(b));
   EXPECT_FLOAT_EQ(out.aabbs[ball].lower.x, 0.48f);
@@ -123,6 +127,10 @@ TEST_F(UpdateAabbsTest, OneOfEachShapeSmall) {
   EXPECT_FLOAT_EQ(out.aabbs[brick].upper.z, 2.02f);
   EXPECT_EQ(out.aabbs[ground].lower.y, -1e18f);
   EXPECT_EQ(out.aabbs[ground].upper.x, 1e18f);
+  EXPECT_FLOAT_EQ(out.aabbs[drum].upper.y, 0.62f);
+  EXPECT_NEAR(out.aabbs[hat].lower.x, -1.12f, 1e-6f) << "the tip";
+  EXPECT_NEAR(out.aabbs[hat].upper.x, 1.12f, 1e-6f) << "the base";
+  EXPECT_NEAR(out.aabbs[hat].upper.y, 0.62f, 1e-6f);
   for (const Aabb& other : out.aabbs) EXPECT_FALSE(overlapAabb(out.aabbs[free], other));
 }
 

@@ -118,8 +118,9 @@ TEST_F(GroupPairsTest, CapsulesAndHullsSmall) {
   WorldBuilder b = twoOfEach();
   const int capsule = b.capsule(1, 0.5f, 1), hull = b.hull({{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}});
   for (const int shape : {capsule, capsule, hull, hull}) b.add(shape, {});
+  for (const int shape : {b.cylinder(1, 1, 1), b.cone(1, 1, 1), b.spheres({{0, 0, 0, 1}}, 1)}) b.add(shape, {});
   Stage35Input in = inputOf(b);
-  in.keys = allKeys(10);
+  in.keys = allKeys(13);
   const auto out = expectAsReference(in);
   const auto bucketOf = [&](uint a, uint c) {
     const auto at = std::find(in.keys.begin(), in.keys.end(), pairKeyOf(a, c)) - in.keys.begin();
@@ -127,9 +128,12 @@ TEST_F(GroupPairsTest, CapsulesAndHullsSmall) {
   };
   const struct {
     uint a, b, bucket;
-  } expected[] = {{0, 6, BUCKET_CAPSULES}, {2, 6, BUCKET_CAPSULE_BOX},  {4, 6, BUCKET_CAPSULE_PLANE},
-                  {6, 7, BUCKET_CAPSULES}, {6, 8, BUCKET_CAPSULE_HULL}, {0, 8, BUCKET_SPHERE_HULL},
-                  {2, 8, BUCKET_BOX_HULL}, {4, 8, BUCKET_HULL_PLANE},   {8, 9, BUCKET_HULL_HULL}};
+  } expected[] = {{0, 6, BUCKET_CAPSULES},      {2, 6, BUCKET_CAPSULE_BOX},  {4, 6, BUCKET_CAPSULE_PLANE},
+                  {6, 7, BUCKET_CAPSULES},      {6, 8, BUCKET_CAPSULE_HULL}, {0, 8, BUCKET_SPHERE_HULL},
+                  {2, 8, BUCKET_BOX_HULL},      {4, 8, BUCKET_HULL_PLANE},   {8, 9, BUCKET_HULL_HULL},
+                  {0, 10, BUCKET_CURVED},       {2, 11, BUCKET_CURVED},      {6, 12, BUCKET_CURVED},
+                  {8, 10, BUCKET_CURVED},       {10, 11, BUCKET_CURVED},     {4, 10, BUCKET_CURVED_PLANE},
+                  {4, 11, BUCKET_CURVED_PLANE}, {4, 12, BUCKET_CURVED_PLANE}};
   for (const auto& e : expected) EXPECT_EQ(bucketOf(e.a, e.b), e.bucket) << e.a << ", " << e.b;
 }
 

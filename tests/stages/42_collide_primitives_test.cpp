@@ -42,6 +42,49 @@ class CollidePrimitivesTest : public DeviceTest {
   size_t m_spare = 5;
 };
 
+TEST_F(CollidePrimitivesTest, CurvedOnPlanesSmall) {
+  std::mt19937 random(5);
+  expectAsReference(randomCurvedPairs(random, 12, true));
+}
+
+TEST_F(CollidePrimitivesTest, CurvedOnPlanes) {
+  std::mt19937 random(6);
+  size_t several = 0, none = 0;
+  for (const RawContacts& raw : expectAsReference(randomCurvedPairs(random, 2000, true))) {
+    several += raw.count > 1;
+    none += raw.count == 0;
+  }
+  EXPECT_GT(several, 300u);
+  EXPECT_GT(none, 300u);
+}
+
+// Upright: the rim, in a square. Lying: both ends of the line. Tilted: the lowest point.
+TEST_F(CollidePrimitivesTest, CylinderAndConeStandAndLieSmall) {
+  PairWorld p;
+  const int ground = p.world.plane({0, 1, 0, 0}, 0), drum = p.world.cylinder(1, 0.5f, 0.4f),
+            hat = p.world.cone(1, 0.5f, 0.4f);
+  const float quarter = 1.5707963f;
+  const size_t stands = p.add(drum, at(0, 0.43f, 0), ground, at(0, 0, 0));
+  const size_t lies = p.add(drum, at(0, 0.53f, 0, turnAbout({0, 0, 1, 0}, quarter)), ground, at(0, 0, 0));
+  const size_t tilted = p.add(drum, at(0, 0.6f, 0, turnAbout({0, 0, 1, 0}, 0.4f)), ground, at(0, 0, 0));
+  const size_t hatStands = p.add(hat, at(0, 0.43f, 0), ground, at(0, 0, 0));
+  const size_t onTip = p.add(hat, at(0, 0.43f, 0, turnAbout({0, 0, 1, 0}, 2 * quarter)), ground, at(0, 0, 0));
+  // Its side leans by asin(0.5 / sqrt(0.8^2 + 0.5^2)) from its axis.
+  const float lean = quarter + std::asin(0.5f / std::hypot(0.8f, 0.5f));
+  const size_t hatLies = p.add(hat, at(0, 0.24f, 0, turnAbout({0, 0, 1, 0}, lean)), ground, at(0, 0, 0));
+  const auto raw = expectAsReference(p);
+  EXPECT_EQ(raw[stands].count, 4);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_NEAR(raw[stands].points[k].w, -0.01f, 1e-6f);
+    EXPECT_NEAR(std::hypot(raw[stands].points[k].x, raw[stands].points[k].z), 0.5f, 1e-6f);
+  }
+  EXPECT_EQ(raw[lies].count, 2);
+  EXPECT_EQ(raw[tilted].count, raw[tilted].points[0].w < 0.02f ? 1 : 0);
+  EXPECT_EQ(raw[hatStands].count, 4);
+  EXPECT_EQ(raw[onTip].count, 1);
+  EXPECT_EQ(raw[hatLies].count, 2);
+}
+
 TEST_F(CollidePrimitivesTest, TwoSpheresSmall) {
   PairWorld p;
   const int unit = p.world.sphere(1), half = p.world.sphere(0.5f);

@@ -70,6 +70,31 @@ TEST_F(FindClosestFeaturesTest, RandomOfAllCounts) {
   }
 }
 
+TEST_F(FindClosestFeaturesTest, CurvedSmall) {
+  std::mt19937 random(5);
+  expectAsReference(randomCurvedPairs(random, 10));
+}
+
+TEST_F(FindClosestFeaturesTest, Curved) {
+  std::mt19937 random(6);
+  PairWorld p = randomCurvedPairs(random, 300);
+  const size_t near = expectAsReference(p);
+  EXPECT_GT(near, 100u);
+  EXPECT_LT(near, 300u);
+}
+
+// Curved pairs and others in one world: each kernel leaves the others' alone.
+TEST_F(FindClosestFeaturesTest, CurvedAmongOthers) {
+  std::mt19937 random(7);
+  PairWorld p = randomCurvedPairs(random, 40);
+  const PairWorld others = randomConvexPairs(random, 40);
+  for (size_t i = 0; i < others.pairs.size(); ++i) {
+    const int box = p.world.box({0.5f, 0.5f, 0.5f, 0}), capsule = p.world.capsule(1, 0.2f, 0.5f);
+    p.add(box, others.world.pose(others.pairs[i].bodyA), capsule, others.world.pose(others.pairs[i].bodyB));
+  }
+  expectAsReference(p);
+}
+
 // Started from last step's normal, and from a wrong one: the same features.
 TEST_F(FindClosestFeaturesTest, AnyStartSmall) {
   std::mt19937 random(3);

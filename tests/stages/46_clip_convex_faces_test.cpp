@@ -58,6 +58,39 @@ TEST_F(ClipConvexFacesTest, Random) {
   EXPECT_GT(m_several, 100u);
 }
 
+TEST_F(ClipConvexFacesTest, CurvedSmall) {
+  std::mt19937 random(5);
+  expectAsReference(randomCurvedPairs(random, 10));
+}
+
+TEST_F(ClipConvexFacesTest, Curved) {
+  std::mt19937 random(6);
+  expectAsReference(randomCurvedPairs(random, 900));
+  EXPECT_GT(m_touching, 300u);
+  EXPECT_GT(m_several, 60u);
+}
+
+// What stands on a cap has four points, what lies along a line two.
+TEST_F(ClipConvexFacesTest, CapsAndLinesSmall) {
+  PairWorld p;
+  const int drum = p.world.cylinder(1, 0.5f, 0.4f), hat = p.world.cone(1, 0.5f, 0.4f),
+            box = p.world.box({2, 0.5f, 2, 0});
+  const int cube = p.world.box({0.3f, 0.3f, 0.3f, 0});
+  const float4 quarter = turnAbout({0, 0, 1, 0}, 1.5707963f);
+  const size_t stands = p.add(drum, at(0, 0.935f, 0), box, at(0, 0, 0));
+  const size_t lies = p.add(box, at(0, 0, 0), drum, at(0.1f, 1.035f, 0, quarter));
+  const size_t onDrum = p.add(drum, at(0, 0.875f, 0), drum, at(0.2f, 0, 0));
+  const size_t hatOnDrum = p.add(hat, at(0, 0.875f, 0), drum, at(0.2f, 0, 0));
+  const size_t cubeOnDrum = p.add(drum, at(0, 0, 0), cube, at(0.05f, 0.735f, 0));
+  const auto raw = device(p);
+  expectAsReference(p);
+  for (const size_t i : {stands, onDrum, hatOnDrum, cubeOnDrum}) {
+    EXPECT_EQ(raw[i].count, 4) << i;
+    for (int k = 0; k < raw[i].count; ++k) EXPECT_NEAR(raw[i].points[k].w, -0.005f, 5e-6f) << i;
+  }
+  EXPECT_EQ(raw[lies].count, 2);
+}
+
 // A face of 100 corners on another one, a box on it, a capsule along it.
 TEST_F(ClipConvexFacesTest, FacesOnFacesSmall) {
   PairWorld p;

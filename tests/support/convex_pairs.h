@@ -79,4 +79,52 @@ inline PairWorld randomConvexPairs(std::mt19937& random, size_t count) {
   return p;
 }
 
+// Cylinders, cones and spheres of several sizes, of any and of none, against every shape; likewise. `plane`: on planes.
+inline PairWorld randomCurvedPairs(std::mt19937& random, size_t count, bool plane = false) {
+  PairWorld p;
+  const auto curved = [&](size_t kind) {
+    const float4 half = uniform3(random, 0.2f, 0.7f);
+    const int axis = static_cast<int>(random() % 3);
+    if (kind % 3 == 0) return p.world.cylinder(axis, half.x, half.y);
+    if (kind % 3 == 1) return p.world.cone(axis, half.x, random() % 4 ? half.y : -half.y);
+    std::vector<float4> spheres;
+    for (size_t k = 0; k < 1 + random() % 4; ++k) {
+      spheres.push_back(uniform3(random, -0.4f, 0.4f));
+      spheres.back().w = uniform(random, 0, 0.3f);
+    }
+    return p.world.spheres(spheres, 0.1f, random() % 3 ? float4{1, 1, 1, 0} : float4{1.2f, 0.8f, 1, 0});
+  };
+  const auto other = [&](size_t kind) {
+    const float4 half = uniform3(random, 0.3f, 0.8f);
+    switch (kind % 5) {
+      case 0:
+        return p.world.sphere(half.x);
+      case 1:
+        return p.world.box(half);
+      case 2:
+        return p.world.capsule(static_cast<int>(random() % 3), half.x / 2, half.y);
+      case 3:
+        return p.world.hull(pointsOnEllipsoid(random, 5 + random() % 12, half));
+      default:
+        return curved(random());
+    }
+  };
+  while (p.pairs.size() < count) {
+    const size_t n = p.pairs.size();
+    const bool swapped = !plane && random() % 2, square = random() % 3 == 0;
+    const int a = curved(n), b = plane ? p.world.plane({0, 1, 0, 0}, 0) : other(n / 3);
+    const float4 away = square ? float4{0, 1, 0, 0} : uniform3(random, -1, 1);
+    const float4 at = {100, -50, 20, 0};
+    // A third of them upright, flat on what is below.
+    const float4 turn = square ? kNoTurn : randomTurn(random), turnB = square ? kNoTurn : randomTurn(random);
+    const float4 there = at + away * (uniform(random, 0.2f, 1.4f) / sizeOf(away));
+    if (plane) {
+      p.add(a, {at + float4{0, uniform(random, -0.5f, 0.9f), 0, 0}, turn}, b, {at, kNoTurn});
+    } else {
+      p.add(swapped ? b : a, {at, turn}, swapped ? a : b, {there, turnB});
+    }
+  }
+  return p;
+}
+
 }  // namespace btgpu

@@ -122,6 +122,48 @@ uint WorldBuilder::addChild(uint body, int shapeIndex, const BodyPose& pose) {
   return i;
 }
 
+namespace {
+
+Shape roundShape(int type, int axis, float radius, float halfLength, float margin) {
+  const float across = radius + margin, length = std::fabs(halfLength) + margin;
+  Shape shape =
+      shapeOf(type, margin, {axis == 0 ? length : across, axis == 1 ? length : across, axis == 2 ? length : across, 0});
+  shape.variant = axis;
+  shape.radius = radius;
+  shape.halfLength = halfLength;
+  return shape;
+}
+
+}  // namespace
+
+int WorldBuilder::cylinder(int axis, float radius, float halfLength, float margin) {
+  return addShape(roundShape(SHAPE_CYLINDER, axis, radius, halfLength, margin));
+}
+
+int WorldBuilder::cone(int axis, float radius, float halfLength, float margin) {
+  return addShape(roundShape(SHAPE_CONE, axis, radius, halfLength, margin));
+}
+
+int WorldBuilder::spheres(const std::vector<float4>& spheres, float margin, float4 stretch) {
+  HullFeatures list;
+  list.vertices = spheres;
+  list.vertices.push_back(stretch);
+  Shape shape = appendHull(list, m_input.hulls);
+  shape.type = SHAPE_MULTI_SPHERE;
+  shape.vertexCount -= 1;
+  shape.margin = margin;
+  float4 lower = spheres.front(), upper = spheres.front();
+  for (const float4& s : spheres) {
+    const float4 reach = stretch * s.w + float4{margin, margin, margin, 0};
+    lower = fmin(lower, s - reach);
+    upper = fmax(upper, s + reach);
+  }
+  shape.extents = (upper - lower) * 0.5f;
+  shape.centre = (upper + lower) * 0.5f;
+  shape.extents.w = shape.centre.w = 0;
+  return addShape(shape);
+}
+
 uint WorldBuilder::addSlot() {
   m_input.infos.values.push_back({});
   m_input.poses.values.push_back({{}, kNoTurn});

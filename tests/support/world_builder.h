@@ -38,6 +38,11 @@ class WorldBuilder {
   int plane(float4 normal, float constant);
   int capsule(int axis, float radius, float halfLength);
   int hull(const std::vector<float4>& points, float margin = 0.04f);
+  // Of the core, which the margin surrounds.
+  int cylinder(int axis, float radius, float halfLength, float margin = 0.04f);
+  int cone(int axis, float radius, float halfLength, float margin = 0.04f);
+  // w: what their radii are larger than the margin.
+  int spheres(const std::vector<float4>& spheres, float margin, float4 stretch = {1, 1, 1, 0});
 
   // ---- bodies: return the body index; its uniqueId is the index + 1
   // ------------------------------------------ A rigid body; a mass of zero makes it static. Planes must be

@@ -265,16 +265,17 @@ TEST(CommandLine, NoDeviceIsNotCompared) {
 // What the CPU does inside the device's steps is listed, and compared like the rest.
 TEST(CommandLine, SharesOfTheCpuAreListed) {
   const TemporaryFolder folder;
-  const std::string path = folder.file("cylinder.bullet"), jsonPath = folder.file("result.json");
-  btCylinderShape cylinder(btVector3(1, 1, 1));
+  const std::string path = folder.file("compound.bullet"), jsonPath = folder.file("result.json");
+  btCompoundShape compound;
   writeWorld(path, [&](scenes::Objects& o) {
     o.add(0, const_cast<btStaticPlaneShape*>(o.plane(btVector3(0, 1, 0), 0)), btVector3(0, 0, 0));
-    o.add(1, &cylinder, btVector3(0, 1, 0));
+    compound.addChildShape(btTransform::getIdentity(), o.box(btVector3(1, 1, 1)));
+    o.add(1, &compound, btVector3(0, 1, 0));
     o.add(1, o.sphere(1), btVector3(5, 1, 0));
   });
   const Finished run = tool({"compare", path, "--steps", "30", "--json", jsonPath});
   EXPECT_EQ(run.exitCode, 0) << run.out << run.err;
-  EXPECT_TRUE(contains(run.out, "  on the CPU: CylinderY shape")) << run.out;
+  EXPECT_TRUE(contains(run.out, "  on the CPU: Compound shape")) << run.out;
   const json result = json::parse(readFile(jsonPath));
   EXPECT_EQ(result.at("deviceSteps"), 30);
   ASSERT_EQ(result.at("fallbacks").size(), 1u);

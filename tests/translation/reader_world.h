@@ -221,12 +221,13 @@ class ReaderWorld {
     if (const auto* capsule = dynamic_cast<const btCapsuleShape*>(&shape)) {
       return capsule->getUpAxis() == 0 ? static_cast<float>(capsule->getHalfHeight()) : 0;
     }
-    if (const auto* hull = dynamic_cast<const btConvexHullShape*>(&shape)) {
-      btVector3 lower, upper;
-      hull->getAabb(btTransform::getIdentity(), lower, upper);
-      return static_cast<float>((upper.x() - lower.x()) * btScalar(0.5));
+    if (const auto* plane = dynamic_cast<const btStaticPlaneShape*>(&shape)) {
+      return static_cast<float>(plane->getPlaneNormal().x());
     }
-    return static_cast<float>(dynamic_cast<const btStaticPlaneShape&>(shape).getPlaneNormal().x());
+    if (dynamic_cast<const btEmptyShape*>(&shape)) return 0;
+    btVector3 lower, upper;
+    shape.getAabb(btTransform::getIdentity(), lower, upper);
+    return static_cast<float>((upper.x() - lower.x()) * btScalar(0.5));
   }
 
   std::vector<std::unique_ptr<btCollisionShape>> m_shapes;

@@ -2,6 +2,14 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Shapes are read anew in each step, since applications change them after they were added; what the device
 // lacks is named.
+#include <BulletCollision/CollisionShapes/btBox2dShape.h>
+#include <BulletCollision/CollisionShapes/btConvex2dShape.h>
+#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
+
 #include <cmath>
 #include <limits>
 #include <new>
@@ -101,16 +109,16 @@ TEST(Shapes, WhatTheDeviceLacksGoesToTheHostByName) {
   FourBodies w;
   auto* compound = w.shape<btCompoundShape>();
   compound->addChildShape(btTransform::getIdentity(), w.shape<OwnSphere>(s(1)));
-  auto* cone = w.shape<btConeShape>(s(1), s(1));
+  auto* sum = w.shape<btMinkowskiSumShape>(w.ball, w.ball);
   auto* own = w.shape<OwnSphere>(s(1));
   w.bodies[0]->setCollisionShape(compound);
-  w.bodies[1]->setCollisionShape(cone);
+  w.bodies[1]->setCollisionShape(sum);
   w.bodies[2]->setCollisionShape(compound);
   btRigidBody* fresh = w.add(1, own, btVector3(0, 9, 0));
   w.bodies[3]->setFriction(s(0.125));
   for (int i = 0; i < 2; ++i) {
     w.read();
-    EXPECT_EQ(w.hostText(), "Compound shape\nCone shape\nSPHERE shape\n");
+    EXPECT_EQ(w.hostText(), "Compound shape\nMinkowskiSum shape\nSPHERE shape\n");
     EXPECT_TRUE(w.missing.empty()) << w.missingText();
     EXPECT_EQ(shapeOf(w, w.bodies[1]).type, SHAPE_HOST);
     EXPECT_TRUE(w.reader.slots()[0].onHost);
@@ -121,7 +129,7 @@ TEST(Shapes, WhatTheDeviceLacksGoesToTheHostByName) {
   w.bodies[0]->setCollisionShape(w.box);
   w.bodies[2]->setCollisionShape(w.ball);
   w.read();
-  EXPECT_EQ(w.hostText(), "Cone shape\nSPHERE shape\n");
+  EXPECT_EQ(w.hostText(), "MinkowskiSum shape\nSPHERE shape\n");
   EXPECT_TRUE(w.reader.hostBodiesChanged());
   w.bodies[1]->setCollisionShape(w.box);
   w.world.removeRigidBody(fresh);
@@ -227,8 +235,9 @@ TEST(Shapes, HullsWithoutPointsOrFiniteSize) {
   ReaderWorld w;
   btConvexHullShape* hull = w.shape<btConvexHullShape>();
   btRigidBody* body = w.add(1, hull, btVector3(0, 0, 0));
-  w.read();
-  EXPECT_EQ(w.hostText(), "Convex shape\n") << "without points";
+  w.step();
+  EXPECT_EQ(w.hostText(), "");
+  EXPECT_EQ(shapeOf(w, body).vertexCount, 1) << "of no points the origin is the farthest";
   hull->addPoint(btVector3(s(std::numeric_limits<double>::quiet_NaN()), 0, 0), false);
   w.read();
   EXPECT_EQ(w.missingText(), "Convex shape: its size is not finite\n");
@@ -242,9 +251,118 @@ TEST(Shapes, HullsWithoutPointsOrFiniteSize) {
   w.step();
   EXPECT_TRUE(w.missing.empty()) << w.missingText();
   EXPECT_EQ(w.hostText(), "");
+  EXPECT_EQ(shapeOf(w, body).variant, 0);
   solid->initializePolyhedralFeatures();
-  w.read();
-  EXPECT_EQ(w.hostText(), "Convex shape\n") << "stock collides two of them without margins";
+  w.step();
+  EXPECT_EQ(w.hostText(), "");
+  EXPECT_EQ(shapeOf(w, body).variant, HULL_POLYHEDRAL) << "stock collides two of them without margins";
+}
+
+TEST(Shapes, CylindersAndCones) {
+  ReaderWorld w;
+  auto* cylinder = w.shape<btCylinderShapeX>(btVector3(2, 1, 1));
+  auto* cone = w.shape<btConeShapeZ>(s(0.5), s(3));
+  btRigidBody* lying = w.add(1, cylinder, btVector3(0, 0, 0));
+  btRigidBody* pointed = w.add(1, cone, btVector3(9, 0, 0));
+  w.step();
+  EXPECT_EQ(w.hostText(), "");
+  EXPECT_EQ(shapeOf(w, lying).type, SHAPE_CYLINDER);
+  EXPECT_EQ(shapeOf(w, lying).variant, 0);
+  const float margin = static_cast<float>(cylinder->getMargin());
+  EXPECT_FLOAT_EQ(shapeOf(w, lying).margin, margin);
+  EXPECT_FLOAT_EQ(shapeOf(w, lying).radius, 1 - margin);
+  EXPECT_FLOAT_EQ(shapeOf(w, lying).halfLength, 2 - margin);
+  EXPECT_FLOAT_EQ(shapeOf(w, lying).extents.x, 2);
+  EXPECT_EQ(shapeOf(w, pointed).type, SHAPE_CONE);
+  EXPECT_EQ(shapeOf(w, pointed).variant, 2);
+  EXPECT_FLOAT_EQ(shapeOf(w, pointed).radius, 0.5f);
+  EXPECT_FLOAT_EQ(shapeOf(w, pointed).halfLength, 1.5f);
+  EXPECT_EQ(w.step(), Upload{});
+  cylinder->setLocalScaling(btVector3(3, 2, 2));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  EXPECT_FLOAT_EQ(shapeOf(w, lying).radius, 2 - margin);
+  EXPECT_FLOAT_EQ(shapeOf(w, lying).halfLength, 6 - margin);
+  cone->setHeight(4);
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {1}}}));
+  EXPECT_FLOAT_EQ(shapeOf(w, pointed).halfLength, 2);
+}
+
+// What Bullet collides as points with a margin around them, however they are called.
+TEST(Shapes, PointsWithAMargin) {
+  ReaderWorld w;
+  std::vector<btVector3> cloud = {btVector3(1, 0, 0), btVector3(-1, 0, 0), btVector3(0, 1, 0), btVector3(0, 0, 1),
+                                  btVector3(0, s(0.2), s(0.2))};
+  btTriangleMesh mesh;
+  mesh.addTriangle(cloud[0], cloud[1], cloud[2]);
+  mesh.addTriangle(cloud[0], cloud[1], cloud[3]);
+  auto* points = w.shape<btConvexPointCloudShape>(cloud.data(), 5, btVector3(2, 1, 1));
+  auto* triangles = w.shape<btConvexTriangleMeshShape>(&mesh);
+  auto* triangle = w.shape<btTriangleShape>(cloud[0], cloud[1], cloud[2]);
+  auto* simplex = w.shape<btBU_Simplex1to4>(cloud[0], cloud[1], cloud[2], cloud[3]);
+  auto* flat = w.shape<btBox2dShape>(btVector3(1, 2, s(0.1)));
+  auto* inner = w.shape<btBoxShape>(btVector3(1, 2, 3));
+  auto* scaled = w.shape<btUniformScalingShape>(inner, s(2));
+  auto* hull2d = w.shape<btConvex2dShape>(cube(w, 1));
+  auto* scaledBall = w.shape<btUniformScalingShape>(w.shape<btSphereShape>(s(0.5)), s(3));
+  std::vector<btRigidBody*> bodies;
+  for (btCollisionShape* shape :
+       std::vector<btCollisionShape*>{points, triangles, triangle, simplex, flat, scaled, hull2d, scaledBall}) {
+    bodies.push_back(w.add(1, shape, btVector3(s(9.0 * double(bodies.size())), 0, 0)));
+  }
+  w.step();
+  EXPECT_EQ(w.hostText(), "");
+  EXPECT_TRUE(w.missing.empty()) << w.missingText();
+  const int vertices[] = {4, 4, 3, 4, 8, 8, 8, 1};
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    EXPECT_EQ(shapeOf(w, bodies[i]).type, SHAPE_HULL) << i;
+    EXPECT_EQ(shapeOf(w, bodies[i]).vertexCount, vertices[i]) << i;
+    EXPECT_FLOAT_EQ(shapeOf(w, bodies[i]).margin, static_cast<float>(bodies[i]->getCollisionShape()->getMargin())) << i;
+  }
+  const HullArrays& hulls = w.reader.input().hulls;
+  const auto firstVertex = [&](size_t i) {
+    return hulls.vertices[static_cast<size_t>(shapeOf(w, bodies[i]).firstVertex)];
+  };
+  EXPECT_EQ(std::fabs(firstVertex(0).x), 2);
+  EXPECT_FLOAT_EQ(std::fabs(firstVertex(5).z), static_cast<float>(2 * (3 - inner->getMargin())));
+  EXPECT_EQ(w.step(), Upload{});
+  // Changes are noticed wherever they are made.
+  cloud[0].setX(3);
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  mesh.setScaling(btVector3(1, 2, 1));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {1}}}));
+  triangle->m_vertices1[1].setY(5);
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {2}}}));
+  inner->setLocalScaling(btVector3(1, 1, 2));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {5}}}));
+}
+
+TEST(Shapes, Spheres) {
+  ReaderWorld w;
+  const btVector3 at[] = {btVector3(-1, 0, 0), btVector3(1, 0, 0), btVector3(0, 1, 0)};
+  const btScalar even[] = {s(0.5), s(0.5), s(0.5)}, uneven[] = {s(0.5), s(0.75), s(0.5)};
+  auto* one = w.shape<btMultiSphereShape>(at, even, 3);
+  btRigidBody* rounded = w.add(1, one, btVector3(0, 0, 0));
+  btRigidBody* spheres = w.add(1, w.shape<btMultiSphereShape>(at, uneven, 3), btVector3(9, 0, 0));
+  btRigidBody* none = w.add(1, w.shape<btEmptyShape>(), btVector3(18, 0, 0));
+  w.step();
+  EXPECT_EQ(w.hostText(), "");
+  EXPECT_EQ(shapeOf(w, rounded).type, SHAPE_HULL) << "a triangle with a wide margin";
+  EXPECT_EQ(shapeOf(w, rounded).margin, 0.5f);
+  EXPECT_EQ(shapeOf(w, rounded).vertexCount, 3);
+  EXPECT_EQ(shapeOf(w, spheres).type, SHAPE_MULTI_SPHERE);
+  EXPECT_EQ(shapeOf(w, spheres).margin, 0.5f);
+  EXPECT_EQ(shapeOf(w, spheres).vertexCount, 3);
+  EXPECT_EQ(shapeOf(w, none).type, SHAPE_NONE);
+  const auto vertex = [&](int k) {
+    return w.reader.input().hulls.vertices[static_cast<size_t>(shapeOf(w, spheres).firstVertex + k)];
+  };
+  EXPECT_EQ(vertex(0).w, 0);
+  EXPECT_EQ(vertex(1).w, 0.25f);
+  EXPECT_EQ(vertex(3).x, 1) << "not stretched";
+  one->setLocalScaling(btVector3(1, 2, 1));
+  EXPECT_EQ(w.step(), (Upload{{"shapes", {0}}}));
+  EXPECT_EQ(shapeOf(w, rounded).type, SHAPE_MULTI_SPHERE) << "stretched";
+  EXPECT_EQ(shapeOf(w, rounded).margin, 0);
 }
 
 TEST(Shapes, SizesThatAreNotFinite) {
