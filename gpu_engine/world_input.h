@@ -11,6 +11,7 @@
 #include "../kernels/shared/body.h"
 #include "../kernels/shared/contact.h"
 #include "../kernels/shared/joint.h"
+#include "../kernels/shared/mesh.h"
 #include "../kernels/shared/shape.h"
 
 namespace btgpu {
@@ -31,6 +32,15 @@ struct HullArrays {
   bool changed = false;  // since the last step
 };
 
+// All meshes; Mesh says what is a mesh's own.
+struct MeshArrays {
+  std::vector<Mesh> meshes;
+  std::vector<MeshTriangle> triangles;
+  std::vector<MeshNode> nodes;  // links count from the mesh's first triangle
+  std::vector<MeshPart> parts;  // nodes count from the mesh's first node
+  bool changed = false;         // since the last step
+};
+
 struct WorldInput {
   // Length of every body array: slots in use and free ones (flags without BODY_PRESENT).
   std::uint32_t bodyCount = 0;
@@ -47,6 +57,7 @@ struct WorldInput {
 
   Tracked<Shape> shapes;  // indexed by BodyInfo::shapeIndex
   HullArrays hulls;
+  MeshArrays meshes;
 
   // What the host has found for this step, of pairs with a body whose shape is SHAPE_HOST or that has
   // BODY_HOST_CONTACTS: their manifolds, any number a pair, and the AABBs of the former (by body; empty if there is
@@ -80,17 +91,17 @@ struct WorldInput {
         &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed, &in.born};
   }
 
-  // False if anything of the bodies, shapes and hulls changed since the last step.
+  // False if anything of the bodies, shapes, hulls and meshes changed since the last step.
   bool unchanged() const {
     for (const auto* list : changeLists(*this)) {
       if (!list->empty()) return false;
     }
-    return !hulls.changed && !replaceManifolds;
+    return !hulls.changed && !meshes.changed && !replaceManifolds;
   }
 
   void clearChanges() {
     for (auto* list : changeLists(*this)) list->clear();
-    hulls.changed = false;
+    hulls.changed = meshes.changed = false;
     replaceManifolds = false;
     manifolds.clear();
   }

@@ -76,13 +76,16 @@ bool convertSimple(const btCollisionShape& shape, Shape& out) {
 
 }  // namespace
 
-bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
+bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, Shape& out,
+                          const char*& why) {
   if (isExactly<btConvexHullShape>(shape)) {
+    m_meshes.drop(index);
     out = Shape{};
     out.margin = static_cast<float>(shape.getMargin());
-    return convertHull(static_cast<const btConvexHullShape&>(shape), index, hulls, out);
+    return convertHull(static_cast<const btConvexHullShape&>(shape), index, input.hulls, out);
   }
   dropHull(index);
+  if (m_meshes.convert(shape, index, input.meshes, out, why)) return true;
   return convertSimple(shape, out);
 }
 
@@ -166,12 +169,13 @@ void ShapeReader::readEntry(const btCollisionShape* shape, Entry& entry, WorldIn
                             FallbackList& shares) {
   const auto name = [shape] { return std::string(shape->getName()) + " shape"; };
   Shape read;
-  if (convert(*shape, entry.index, input.hulls, read)) {
+  const char* why = "contacts by Bullet's own algorithm on the CPU";
+  if (convert(*shape, entry.index, input, read, why)) {
     read.breakingThreshold = breakingThreshold(*shape);
   } else {
     read = Shape{};
     read.type = SHAPE_HOST;
-    shares.addShare(name(), "contacts by Bullet's own algorithm on the CPU");
+    shares.addShare(name(), why);
   }
   entry.supported = isFiniteShape(read);
   Shape& known = input.shapes.values[entry.index];
@@ -221,12 +225,19 @@ void ShapeReader::end(WorldInput& input) {
         ++it;
       } else {
         dropHull(it->second.index);
+        m_meshes.drop(it->second.index);
         m_free.push_back(it->second.index);
         it = m_entries.erase(it);
       }
     }
     // Hash order is no order: the next new shape gets the lowest free index.
     std::sort(m_free.begin(), m_free.end(), std::greater<>());
+  }
+  if (m_meshes.reclaim(input.meshes)) {
+    m_meshes.forEachPlace([&input](std::uint32_t index, int place) {
+      input.shapes.values[index].firstVertex = place;
+      input.shapes.changed.push_back(index);
+    });
   }
   constexpr std::size_t kDead = 4096;  // vertices, likewise
   if (m_deadVertices < input.hulls.vertices.size() / 2 + kDead) return;
@@ -244,6 +255,7 @@ void ShapeReader::end(WorldInput& input) {
 void ShapeReader::clear() {
   m_entries.clear();
   m_hulls.clear();
+  m_meshes.clear();
   m_deadVertices = 0;
   m_used.clear();
   m_free.clear();

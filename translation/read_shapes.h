@@ -10,6 +10,7 @@
 #include "bullet.h"
 #include "fallback_list.h"
 #include "hull_features.h"
+#include "read_meshes.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -58,13 +59,15 @@ class ShapeReader {
                  FallbackList& shares);
   float breakingThreshold(const btCollisionShape& shape) const;
   bool isUnchanged(const btCollisionShape& shape, const Entry& entry, const WorldInput& input) const;
-  // False if the device has no such shape; one that is not finite comes out as such.
-  bool convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
+  // False if the device has no such shape, for a reason in `why` if it is not its kind; one that is not finite comes out
+  // as such.
+  bool convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, Shape& out, const char*& why);
   bool convertHull(const btConvexHullShape& hull, std::uint32_t index, HullArrays& hulls, Shape& out);
   void dropHull(std::uint32_t index);
 
   std::unordered_map<const btCollisionShape*, Entry> m_entries;
   std::map<std::uint32_t, Hull> m_hulls;          // by shape index
+  MeshReader m_meshes;
   std::size_t m_deadVertices = 0;                 // in the input's array, of hulls that went or changed
   const btCollisionShape* m_lastShape = nullptr;  // neighbours in the world often share a shape
   Entry m_lastEntry{};

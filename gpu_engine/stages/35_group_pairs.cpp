@@ -5,7 +5,7 @@
 namespace btgpu {
 namespace {
 
-constexpr uint kBucketBits = 4;
+constexpr uint kBucketBits = 5;
 static_assert(BUCKET_COUNT <= 1u << kBucketBits);
 
 }  // namespace

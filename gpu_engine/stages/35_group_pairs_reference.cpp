@@ -29,7 +29,11 @@ uint bucketOf(int typeA, int typeB) {
                                {SHAPE_SPHERE, SHAPE_HULL, BUCKET_SPHERE_HULL},
                                {SHAPE_CAPSULE, SHAPE_HULL, BUCKET_CAPSULE_HULL},
                                {SHAPE_BOX, SHAPE_HULL, BUCKET_BOX_HULL},
-                               {SHAPE_HULL, SHAPE_HULL, BUCKET_HULL_HULL}};
+                               {SHAPE_HULL, SHAPE_HULL, BUCKET_HULL_HULL},
+                               {SHAPE_SPHERE, SHAPE_MESH, BUCKET_MESH},
+                               {SHAPE_BOX, SHAPE_MESH, BUCKET_MESH},
+                               {SHAPE_CAPSULE, SHAPE_MESH, BUCKET_MESH},
+                               {SHAPE_HULL, SHAPE_MESH, BUCKET_MESH}};
   for (const Row& r : kTable) {
     if ((r.a == typeA && r.b == typeB) || (r.a == typeB && r.b == typeA)) return r.bucket;
   }
@@ -50,9 +54,10 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
     const bool known = old != oldKeys.end() && !born[a] && !born[b];
     const bool carried = !isActive(activations[a].state) && !isActive(activations[b].state);
     // btBroadphasePair orders by proxy id; btConvexPlaneCollisionAlgorithm makes its manifold with the plane
-    // last.
+    // last, btConvexConcaveCollisionAlgorithm with the mesh.
     if (infos[b].uniqueId < infos[a].uniqueId) std::swap(a, b);
-    if (typeOf(a) == SHAPE_PLANE && typeOf(b) != SHAPE_PLANE) std::swap(a, b);
+    const auto isLast = [&](uint body) { return typeOf(body) == SHAPE_PLANE || typeOf(body) == SHAPE_MESH; };
+    if (isLast(a) && !isLast(b)) std::swap(a, b);
     const auto onHost = [&](uint body) {
       return typeOf(body) == SHAPE_HOST || (infos[body].flags & BODY_HOST_CONTACTS);
     };

@@ -105,9 +105,9 @@ void setFrictionDirections(Vec n, bool steep, ContactPoint& p) {
 }
 
 // btManifoldResult::addContactPoint up to where the point is looked up in the manifold.
-ContactPoint makePoint(const RawContacts& raw, int k, const Body& a, const Body& b, Vec bFromA, bool steep) {
-  const Vec normal = toVec(raw.normal), onB = toVec(raw.points[k]);
-  const double distance = raw.points[k].w;
+ContactPoint makePoint(float4 normalOnB, float4 point, const Body& a, const Body& b, Vec bFromA, bool steep) {
+  const Vec normal = toVec(normalOnB), onB = toVec(point);
+  const double distance = point.w;
   ContactPoint p{};
   p.localPointA = toFloat4(transposed(rotationOf(a.pose.orientation)) * (onB + normal * distance), distance);
   p.localPointB = toFloat4(transposed(rotationOf(b.pose.orientation)) * (onB - bFromA));
@@ -263,8 +263,16 @@ Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   if (!persistent) m.pointCount = 0;
   m.unseen = 1;
   const RawContacts raw = reduce(in.contacts[i], ties);
-  const bool steep = raw.count > 0 && !ties.isWithin(std::fabs(raw.normal.z), kHalfSqrt2, 1e-7);
-  for (int k = 0; k < raw.count; ++k) addPoint(m, makePoint(raw, k, a, b, bFromA, steep), bFromA, ties);
+  bool steep = raw.count > 0 && !ties.isWithin(std::fabs(raw.normal.z), kHalfSqrt2, 1e-7);
+  for (int k = 0; k < raw.count; ++k) {
+    // Contacts with a mesh have normals of their own.
+    const bool own = pair.bucket == BUCKET_MESH;
+    const float4 normal = own ? raw.points[MANIFOLD_POINTS + k] : raw.normal;
+    if (own) steep = !ties.isWithin(std::fabs(normal.z), kHalfSqrt2, 1e-7);
+    ContactPoint p = makePoint(normal, raw.points[k], a, b, bFromA, steep);
+    if (own) p.lateralFrictionDir2.w = normal.w;
+    addPoint(m, p, bFromA, ties);
+  }
   if (persistent) refresh(m, a, b, bFromA, ties);
   return m;
 }

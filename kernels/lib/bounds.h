@@ -23,8 +23,8 @@ LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     extent =
         vec3(dot3(abs3(r.row0), shape.extents), dot3(abs3(r.row1), shape.extents), dot3(abs3(r.row2), shape.extents));
-  } else if (shape.type == SHAPE_CAPSULE || shape.type == SHAPE_HULL) {
-    // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb.
+  } else if (shape.type == SHAPE_CAPSULE || shape.type == SHAPE_HULL || shape.type == SHAPE_MESH) {
+    // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb, btTriangleMeshShape::getAabb.
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     const float radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f;
     const float4 reach = shape.extents + vec3(radius, radius, radius);

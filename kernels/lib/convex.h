@@ -10,6 +10,9 @@
 #include "../shared/contact.h"
 #include "../shared/shape.h"
 #include "vec.h"
+#ifdef BTGPU_TRIANGLE_CORES
+#include "triangle.h"
+#endif
 #if defined(__OPENCL_C_VERSION__) && defined(BTGPU_SHAPE_CPU)
 #include "support_wide.h"
 #define BTGPU_WIDE_SUPPORT
@@ -38,7 +41,19 @@ STRUCT(Hulls) {
   __global const HullEdge* edges;
 };
 
+// Kernels for meshes have cores that are triangles as well, the others nothing of that.
+#ifdef BTGPU_TRIANGLE_CORES
+#define IF_TRIANGLE(core, statement) \
+  if ((core).isTriangle) statement
+#else
+#define IF_TRIANGLE(core, statement)
+#endif
+
 STRUCT(Core) {
+#ifdef BTGPU_TRIANGLE_CORES
+  Triangle triangle;
+  int isTriangle;
+#endif
   int isHull;
   int isPolytope;  // has faces that others can rest on
   float4 extents;  // half extents if it is not a hull, else of its AABB
@@ -55,6 +70,9 @@ STRUCT(CorePair) {
 
 LIB Core coreOf(Shape shape) {
   Core core;
+#ifdef BTGPU_TRIANGLE_CORES
+  core.isTriangle = 0;
+#endif
   core.isHull = shape.type == SHAPE_HULL;
   core.isPolytope = core.isHull || shape.type == SHAPE_BOX;
   core.extents = vec3(0.0f, 0.0f, 0.0f);
@@ -72,6 +90,23 @@ LIB Core coreOf(Shape shape) {
   core.edgeCount = core.isHull ? shape.edgeCount : 12;
   return core;
 }
+
+#ifdef BTGPU_TRIANGLE_CORES
+LIB Core triangleCore(Triangle triangle, float margin) {
+  Core core;
+  core.triangle = triangle;
+  core.isTriangle = core.isPolytope = 1;
+  core.isHull = 0;
+  // Nothing but its length counts: that of a point is zero.
+  core.extents = vec3(triangle.size, 0.0f, 0.0f);
+  core.firstVertex = core.firstFace = core.firstEdge = 0;
+  core.vertexCount = 3;
+  core.faceCount = 2;
+  core.edgeCount = 6;
+  core.margin = margin;
+  return core;
+}
+#endif
 
 LIB CorePair corePairOf(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float4 bFromA) {
   CorePair pair;
@@ -91,6 +126,7 @@ LIB float4 boxVertex(float4 extents, int i) {
 }
 
 LIB float4 coreVertex(Core core, Hulls hulls, int i) {
+  IF_TRIANGLE(core, return triangleCorner(core.triangle, i);)
   if (core.isHull) return hulls.vertices[core.firstVertex + i];
   return boxVertex(core.extents, i);
 }
@@ -98,6 +134,7 @@ LIB float4 coreVertex(Core core, Hulls hulls, int i) {
 // Index of the vertex farthest along the direction, in the core's own axes. Of a point or a segment always the same
 // one of the vertices that fall together.
 LIB int coreSupport(Core core, Hulls hulls, float4 direction) {
+  IF_TRIANGLE(core, return triangleSupport(core.triangle, direction);)
   if (!core.isHull) {
     return (direction.x > 0.0f && core.extents.x > 0.0f ? 1 : 0) |
            (direction.y > 0.0f && core.extents.y > 0.0f ? 2 : 0) |
@@ -132,15 +169,18 @@ LIB float4 supportOfB(CorePair pair, Hulls hulls, float4 direction) {
 
 // Outward plane of a face in the core's own axes.
 LIB float4 facePlane(Core core, Hulls hulls, int face) {
+  IF_TRIANGLE(core, return face ? -core.triangle.plane : core.triangle.plane;)
   if (core.isHull) return hulls.faces[core.firstFace + face].plane;
   const int axis = face >> 1;
   return withW(unitVector(axis) * (face & 1 ? 1.0f : -1.0f), component(core.extents, axis));
 }
 LIB int faceCorners(Core core, Hulls hulls, int face) {
+  IF_TRIANGLE(core, return 3;)
   return core.isHull ? hulls.faces[core.firstFace + face].cornerCount : 4;
 }
 // Corner `k` of a face, anticlockwise from outside.
 LIB float4 faceCorner(Core core, Hulls hulls, int face, int k) {
+  IF_TRIANGLE(core, return triangleCorner(core.triangle, face ? 2 - k : k);)
   if (core.isHull) {
     const int first = hulls.faces[core.firstFace + face].firstCorner;
     return hulls.vertices[core.firstVertex + (int)hulls.corners[first + k]];

@@ -13,6 +13,7 @@ BTGPU_BEGIN
 #define SHAPE_PLANE 3
 #define SHAPE_CAPSULE 4
 #define SHAPE_HULL 5
+#define SHAPE_MESH 12  // triangles, any number: mesh.h
 #define SHAPE_HOST 16  // a shape that the device lacks: its AABB and its contacts come from the host
 
 #define HULL_PADDING 15  // BTGPU_WIDE - 1
@@ -23,9 +24,10 @@ STRUCT(Shape) {
   float breakingThreshold;  // length: a contact is dropped when its points are farther apart
   float unused;
   // Box: half extents with margin; sphere: x = radius; plane: xyz = normal, w = constant; capsule: half of the inner
-  // segment along its axis, zero along the others; hull: half extents of its AABB in its own axes, as Bullet has it.
+  // segment along its axis, zero along the others; hull and mesh: half extents of its AABB in its own axes, as Bullet
+  // has it.
   float4 extents;
-  float4 centre;  // hull: centre of that AABB; w = 0
+  float4 centre;  // hull and mesh: centre of that AABB; w = 0
   // Hull: its part of the arrays of all hulls. Vertices lie without the margin; after the last one of all hulls there
   // are HULL_PADDING more, which may be read.
   int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;
@@ -65,9 +67,10 @@ STRUCT(HullEdge) {
 #define BUCKET_CAPSULE_HULL 11
 #define BUCKET_BOX_HULL 12
 #define BUCKET_HULL_HULL 13
-#define BUCKET_NONE 14  // no contacts can arise (two planes)
-#define BUCKET_HOST 15  // the host finds the contacts
-#define BUCKET_COUNT 16
+#define BUCKET_MESH 14  // any of the others but a plane, and a mesh
+#define BUCKET_NONE 15  // no contacts can arise (two planes)
+#define BUCKET_HOST 16  // the host finds the contacts
+#define BUCKET_COUNT 17
 
 #define BUCKET_FIRST_CONVEX BUCKET_CAPSULE_BOX
 #define BUCKET_LAST_CONVEX BUCKET_HULL_HULL

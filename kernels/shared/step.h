@@ -45,6 +45,7 @@ STRUCT(StepParams) {
 #define OVERFLOW_PAIRS 1u
 #define OVERFLOW_SLOTS 2u
 #define OVERFLOW_ROUNDS 4u  // of no stage any more
+#define OVERFLOW_TRIANGLES 16u
 #define OVERFLOW_BEFORE 8u  // nothing here: the step before, which this one was launched on top of, failed
 
 // One block of counters, read back once at the end of the step.
@@ -65,6 +66,8 @@ STRUCT(StepCounters) {
   uint freshCount;        // of these, not carried over from the last step
   uint largeColours;      // colours up to the last one that is worth a launch of its own
   uint bouncing;          // fast mode: contacts with restitution to see to
+  uint triangleHits;      // triangles of meshes near other shapes, also those beyond the capacity
+  uint unused[3];
 };
 
 BTGPU_END

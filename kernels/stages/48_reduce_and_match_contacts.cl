@@ -99,11 +99,14 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
         const float4 bFromA = b.position - a.position;
         RawContacts raw = AT(contacts, i);
         ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
+        const int isMesh = pair.bucket == BUCKET_MESH;
         reduceContacts(&raw);
         UNROLL
         for (int k = 0; k < MANIFOLD_POINTS; ++k) {
           if (k >= raw.count) continue;
-          ContactPoint p = makePoint(raw.normal, raw.points[k], ra, rb, bFromA);
+          const float4 normal = isMesh ? raw.points[MANIFOLD_POINTS + k] : raw.normal;
+          ContactPoint p = makePoint(normal, raw.points[k], ra, rb, bFromA);
+          if (isMesh) p.lateralFrictionDir2.w = normal.w;
           combine(&p, infoA.flags | infoB.flags, materialA, materialB);
           addPoint(&m, p);
         }

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// Contacts of shapes with the triangles of meshes, a work item a triangle. Built twice, for spheres (BTGPU_SPHERES) and
+// for all other convex shapes, so that a world builds only what it uses; each leaves the other's triangles alone.
+#define BTGPU_TRIANGLE_CORES
+#include "../lib/kernel.h"
+#include "../lib/triangle.h"
+#include "../shared/body.h"
+#ifndef BTGPU_SPHERES
+#include "../lib/convex_clip.h"
+#include "../lib/convex_sat.h"
+#endif
+
+// What the triangles of a pair have in common.
+typedef struct MeshPair {
+  Shape a, mesh;
+  Matrix3 ra, turn;  // A's axes to the world's, B's axes to A's
+  float4 offset;     // B's position, in A's axes
+  float threshold;
+} MeshPair;
+
+static MeshPair meshPairOf(CHECKS Pair pair, __global const BodyInfo* infos, __global const Shape* shapes,
+                           __global const BodyPose* poses, __global const Manifold* oldManifolds) {
+  MeshPair m;
+  m.a = AT(shapes, AT(infos, pair.bodyA).shapeIndex);
+  m.mesh = AT(shapes, AT(infos, pair.bodyB).shapeIndex);
+  const BodyPose poseA = AT(poses, pair.bodyA), poseB = AT(poses, pair.bodyB);
+  const Matrix3 rb = matrixFromQuaternion(poseB.orientation);
+  m.ra = matrixFromQuaternion(poseA.orientation);
+  m.turn.row0 = mulTransposed(rb, matrixColumn(m.ra, 0));
+  m.turn.row1 = mulTransposed(rb, matrixColumn(m.ra, 1));
+  m.turn.row2 = mulTransposed(rb, matrixColumn(m.ra, 2));
+  m.offset = mulTransposed(m.ra, poseB.position - poseA.position);
+  m.threshold = fmin(m.a.breakingThreshold, m.mesh.breakingThreshold);
+  if (pair.oldManifold != NO_INDEX) m.threshold = AT(oldManifolds, pair.oldManifold).breakingThreshold;
+  return m;
+}
+
+static Triangle triangleInA(const MeshPair* m, MeshTriangle t) {
+  return makeTriangle(m->offset + mulMatrix(m->turn, t.a), m->offset + mulMatrix(m->turn, t.b),
+                      m->offset + mulMatrix(m->turn, t.c));
+}
+
+#ifdef BTGPU_SPHERES
+
+static int isMine(Shape a) { return a.type == SHAPE_SPHERE; }
+
+static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
+  float4 normal, point;
+  if (!collideSphereTriangle(m->a.extents.x, t, m->threshold, &normal, &point)) return;
+  raw->normal = mulMatrix(m->ra, normal);
+  addRaw(raw, mulMatrix(m->ra, point), point.w);
+}
+
+#else
+
+static int isMine(Shape a) { return a.type != SHAPE_SPHERE; }
+
+static int mayTouch(const CorePair* cores, Triangle t, float limit) {
+  // Apart along an axis of the core's box: the AABB that found the triangle is wider.
+  const float4 reach = cores->a.extents + vec3(limit, limit, limit);
+  const float4 lower = fmin(t.a, fmin(t.b, t.c)), upper = fmax(t.a, fmax(t.b, t.c));
+  if (cores->a.isHull) return 1;
+  return lower.x <= reach.x && lower.y <= reach.y && lower.z <= reach.z && upper.x >= -reach.x &&
+         upper.y >= -reach.y && upper.z >= -reach.z;
+}
+
+static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
+  CorePair cores;
+  cores.a = coreOf(m->a);
+  cores.b = triangleCore(t, m->mesh.margin);
+  cores.turn.row0 = vec3(1.0f, 0.0f, 0.0f);
+  cores.turn.row1 = vec3(0.0f, 1.0f, 0.0f);
+  cores.turn.row2 = vec3(0.0f, 0.0f, 1.0f);
+  cores.offset = vec3(0.0f, 0.0f, 0.0f);
+  cores.size = length3(m->a.centre) + length3(cores.a.extents) + t.size;
+  const float limit = m->a.margin + m->mesh.margin + m->threshold;
+  if (!mayTouch(&cores, t, limit)) return;
+  // From A's middle towards the plane.
+  const float4 start = t.plane.w - dot3(t.plane, m->a.centre) < 0.0f ? -xyz(t.plane) : xyz(t.plane);
+  ClosestFeatures found;
+  found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
+  const int what = closestFeatures(cores, hulls, start, limit, &found);
+  if (what == CORES_FAR) return;
+  if (what == CORES_NEAR) preferFace(cores, hulls, &found);
+  if (what == CORES_OVERLAP) found = shortestWayOut(cores, hulls);
+  collideConvex(cores, hulls, found, m->ra, m->threshold, raw);
+}
+
+#endif
+
+KERNEL collideTriangles(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
+                        __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
+                        __global const Shape* shapes, __global const BodyPose* poses,
+                        __global const Manifold* oldManifolds, __global const float4* hullVertices,
+                        __global const HullFace* hullFaces, __global const uint* hullCorners,
+                        __global const HullEdge* hullEdges, __global const MeshTriangle* meshTriangles,
+                        __global const TriangleHit* hits, __global TriangleContacts* touches) {
+  RETURN_ON_OVERFLOW(counters);
+  Hulls hulls;
+  hulls.vertices = hullVertices;
+  hulls.faces = hullFaces;
+  hulls.corners = hullCorners;
+  hulls.edges = hullEdges;
+  uint known = NO_INDEX;
+  MeshPair pair;
+  FOR_EACH(h, counters->triangleHits) {
+    const TriangleHit hit = AT(hits, h);
+    if (hit.pair != known) {
+      known = hit.pair;
+      pair = meshPairOf(WITH_CHECKS AT(pairs, AT(items, bucketFirst[BUCKET_MESH] + known)), infos, shapes, poses,
+                        oldManifolds);
+    }
+    if (!isMine(pair.a)) continue;
+    RawContacts raw = noContacts();
+    collide(&pair, triangleInA(&pair, AT(meshTriangles, hit.triangle)), hulls, &raw);
+    ASSERT(raw.count >= 0 && raw.count <= TRIANGLE_POINTS, raw.count, h);
+    ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
+    AT(touches, h).normal = withW(raw.normal, (float)raw.count);
+    UNROLL
+    for (int k = 0; k < TRIANGLE_POINTS; ++k) {
+      if (k < raw.count) AT(touches, h).points[k] = raw.points[k];
+    }
+  }
+}
