@@ -9,10 +9,8 @@
 #define BTGPU_LIB_CONVEX_H
 #include "../shared/contact.h"
 #include "../shared/shape.h"
-#include "vec.h"
-#ifdef BTGPU_TRIANGLE_CORES
 #include "triangle.h"
-#endif
+#include "vec.h"
 #if defined(__OPENCL_C_VERSION__) && defined(BTGPU_SHAPE_CPU)
 #include "support_wide.h"
 #define BTGPU_WIDE_SUPPORT

@@ -3,13 +3,11 @@
 // Contacts of shapes with the triangles of meshes, a work item a triangle. Built twice, for spheres (BTGPU_SPHERES) and
 // for all other convex shapes, so that a world builds only what it uses; each leaves the other's triangles alone.
 #define BTGPU_TRIANGLE_CORES
+#include "../lib/convex_clip.h"
+#include "../lib/convex_sat.h"
 #include "../lib/kernel.h"
 #include "../lib/triangle.h"
 #include "../shared/body.h"
-#ifndef BTGPU_SPHERES
-#include "../lib/convex_clip.h"
-#include "../lib/convex_sat.h"
-#endif
 
 // What the triangles of a pair have in common.
 typedef struct MeshPair {
