@@ -54,16 +54,29 @@ static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw
 
 static int isMine(Shape a) { return a.type != SHAPE_SPHERE; }
 
-static int mayTouch(const CorePair* cores, Triangle t, float limit) {
-  // Apart along an axis of the core's box: the AABB that found the triangle is wider.
-  const float4 reach = cores->a.extents + vec3(limit, limit, limit);
-  const float4 lower = fmin(t.a, fmin(t.b, t.c)), upper = fmax(t.a, fmax(t.b, t.c));
-  if (cores->a.isHull) return 1;
-  return lower.x <= reach.x && lower.y <= reach.y && lower.z <= reach.z && upper.x >= -reach.x &&
-         upper.y >= -reach.y && upper.z >= -reach.z;
+// 0 if A's own box (a capsule's and a hull's too) and the triangle are farther apart than the limit along an axis of the
+// box, the triangle's normal, or across one of its sides: most triangles go so, since the box in the mesh's axes that
+// found them is wider. `at`: the middle of the box.
+static int mayTouch(float4 half, float4 at, Triangle t, float limit) {
+  const float4 a = t.a - at, b = t.b - at, c = t.c - at;
+  const float4 reach = half + vec3(limit, limit, limit), lower = fmin(a, fmin(b, c)), upper = fmax(a, fmax(b, c));
+  if (lower.x > reach.x || lower.y > reach.y || lower.z > reach.z || upper.x < -reach.x || upper.y < -reach.y ||
+      upper.z < -reach.z)
+    return 0;
+  const float4 normal = xyz(t.plane);
+  if (fabs(dot3(normal, a)) > dot3(abs3(normal), half) + limit) return 0;
+  const float4 ab = cross3(b - a, normal), bc = cross3(c - b, normal), ca = cross3(a - c, normal);  // outward
+  const float gapAb = -dot3(ab, a) - dot3(abs3(ab), half), gapBc = -dot3(bc, b) - dot3(abs3(bc), half),
+              gapCa = -dot3(ca, c) - dot3(abs3(ca), half);
+  const float limitSqr = limit * limit;
+  return !((gapAb > 0.0f && gapAb * gapAb > limitSqr * dot3(ab, ab)) ||
+           (gapBc > 0.0f && gapBc * gapBc > limitSqr * dot3(bc, bc)) ||
+           (gapCa > 0.0f && gapCa * gapCa > limitSqr * dot3(ca, ca)));
 }
 
 static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
+  const float limit = m->a.margin + m->mesh.margin + m->threshold;
+  if (!mayTouch(xyz(m->a.extents), m->a.centre, t, limit)) return;
   CorePair cores;
   cores.a = coreOf(m->a);
   cores.b = triangleCore(t, m->mesh.margin);
@@ -72,8 +85,6 @@ static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw
   cores.turn.row2 = vec3(0.0f, 0.0f, 1.0f);
   cores.offset = vec3(0.0f, 0.0f, 0.0f);
   cores.size = length3(m->a.centre) + length3(cores.a.extents) + t.size;
-  const float limit = m->a.margin + m->mesh.margin + m->threshold;
-  if (!mayTouch(&cores, t, limit)) return;
   // From A's middle towards the plane.
   const float4 start = t.plane.w - dot3(t.plane, m->a.centre) < 0.0f ? -xyz(t.plane) : xyz(t.plane);
   ClosestFeatures found;

@@ -9,6 +9,7 @@
 #include "../../kernels/shared/shape.h"
 #include "../contacts.h"
 #include "../convert.h"
+#include "mesh_contacts.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -247,6 +248,18 @@ bool isOlder(const btManifoldPoint& deepest, const ContactPoint& ours, const btP
   return false;
 }
 
+// True if a contact with a mesh is one that Bullet finds too, and its manifold has lost.
+bool isLost(btCollisionWorld& world, const btCollisionObject& a, const btCollisionObject& b, const ContactPoint& ours,
+            double size) {
+  if (!b.getCollisionShape()->isConcave() || b.getCollisionShape()->isInfinite()) return false;
+  for (const FoundContact& found : contactsWithTriangles(world, a, b)) {
+    if (std::fabs(double(ours.localPointA.w) - found.distance) <= kSameDepth * size &&
+        double(toBullet(ours.normalWorldOnB).dot(found.normal)) >= kSameNormal)
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold* stock) {
@@ -264,11 +277,15 @@ void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold*
   m_missing.add(0, false, a, b);
   const ContactPoint& mine = ours.points[deepestPoint(ours)];
   const btManifoldPoint& theirs = deepestPoint(*stock);
-  const bool depthAgrees = sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
+  const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
+  bool depthAgrees = sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
+  bool normalAgrees = cosine >= kSameNormal;
+  if ((!depthAgrees || !normalAgrees) && isLost(m_oracle, *m_oracle.object(a), *m_oracle.object(b), mine, size)) {
+    depthAgrees = normalAgrees = true;
+  }
   const double depthDifference = std::fabs(double(mine.localPointA.w) - double(theirs.getDistance())) / size;
   m_depth.add(depthAgrees ? std::min(depthDifference, kSameDepth) : depthDifference, !depthAgrees, a, b);
-  const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
-  m_normal.add(std::acos(std::max(-1.0, std::min(1.0, cosine))) * 180 / M_PI, !(cosine >= kSameNormal), a, b);
+  m_normal.add(std::acos(std::max(-1.0, std::min(1.0, cosine))) * 180 / M_PI, !normalAgrees, a, b);
 }
 
 // Our contacts with the impulses that stock's solver left in the dispatcher.
