@@ -10,7 +10,7 @@ BTGPU_BEGIN
 #define MESH_GRID 65535.0f          // steps along each axis of a mesh's grid
 #define MESH_MAX_TRIANGLES 0xffffff  // a contact tells its triangle as a float
 #define TRIANGLE_POINTS 4           // contacts of a triangle
-#define HITS_KEPT 8u                // triangles of a search that are kept from counting them to writing them
+#define HITS_KEPT 24u               // triangles of a search that are kept from counting them to writing them
 
 // Of a shape SHAPE_MESH; its Shape.firstVertex says which. What is empty has no nodes.
 STRUCT(Mesh) {

@@ -56,7 +56,7 @@ STRUCT(StepCounters) {
   uint slotCount;         // constraint slots, padding included
   uint colourCount;       // parallel colours used
   uint serialCount;       // constraints in the serial batch
-  uint uncoloured;        // constraints still without a colour: none
+  uint triangleHits;      // triangles of meshes near other shapes, also those beyond the capacity
   uint colourRounds;      // colouring rounds that were worth a launch
   uint contactPoints;     // points of all manifolds
   uint quarantined;       // bodies put into quarantine in this step
@@ -66,8 +66,6 @@ STRUCT(StepCounters) {
   uint freshCount;        // of these, not carried over from the last step
   uint largeColours;      // colours up to the last one that is worth a launch of its own
   uint bouncing;          // fast mode: contacts with restitution to see to
-  uint triangleHits;      // triangles of meshes near other shapes, also those beyond the capacity
-  uint unused[3];
 };
 
 BTGPU_END

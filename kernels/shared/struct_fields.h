@@ -110,13 +110,13 @@
     FIELD(StepParams, hostManifoldCount) FIELD(StepParams, substeps) FIELD(StepParams, contactHertz)        \
     FIELD(StepParams, contactDampingRatio) FIELD(StepParams, pushSpeed)                                     \
     FIELD(StepParams, jointHertz) FIELD(StepParams, jointDampingRatio)                                      \
-  SIZE(StepCounters, 80)                                                                                    \
+  SIZE(StepCounters, 64)                                                                                    \
     FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \
-    FIELD(StepCounters, uncoloured) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
+    FIELD(StepCounters, triangleHits) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
     FIELD(StepCounters, quarantined) FIELD(StepCounters, boxOverlaps) FIELD(StepCounters, outOfBounds)      \
     FIELD(StepCounters, touchingCount) FIELD(StepCounters, freshCount) FIELD(StepCounters, largeColours) \
-    FIELD(StepCounters, bouncing) FIELD(StepCounters, triangleHits) FIELD(StepCounters, unused)             \
+    FIELD(StepCounters, bouncing)                                                                           \
   SIZE(Mesh, 64)                                                                                            \
     FIELD(Mesh, lower) FIELD(Mesh, perStep) FIELD(Mesh, firstTriangle) FIELD(Mesh, triangleCount)           \
     FIELD(Mesh, firstNode) FIELD(Mesh, nodeCount) FIELD(Mesh, firstPart) FIELD(Mesh, partCount)             \

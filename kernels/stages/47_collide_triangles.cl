@@ -75,8 +75,11 @@ static int mayTouch(float4 half, float4 at, Triangle t, float limit) {
 }
 
 static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
+  // Of a capsule only the extents are without the margin.
+  const float radius = m->a.type == SHAPE_CAPSULE ? m->a.margin : 0.0f;
+  const float4 half = xyz(m->a.extents) + vec3(radius, radius, radius);
+  if (!mayTouch(half, m->a.centre, t, m->mesh.margin + m->threshold)) return;
   const float limit = m->a.margin + m->mesh.margin + m->threshold;
-  if (!mayTouch(xyz(m->a.extents), m->a.centre, t, limit)) return;
   CorePair cores;
   cores.a = coreOf(m->a);
   cores.b = triangleCore(t, m->mesh.margin);

@@ -38,6 +38,8 @@ class WorldBuilder {
   int plane(float4 normal, float constant);
   int capsule(int axis, float radius, float halfLength);
   int hull(const std::vector<float4>& points, float margin = 0.04f);
+  // Three corners a triangle. Part 7, and the index of the triangle, are what Bullet calls it.
+  int mesh(const std::vector<float4>& corners, float margin = 0);
 
   // ---- bodies: return the body index; its uniqueId is the index + 1
   // ------------------------------------------ A rigid body; a mass of zero makes it static. Planes must be
@@ -64,6 +66,7 @@ class WorldBuilder {
   const BodyInfo& info(uint body) const { return m_input.infos.values[body]; }
   const BodyPose& pose(uint body) const { return m_input.poses.values[body]; }
   const HullArrays& hulls() const { return m_input.hulls; }
+  const MeshArrays& meshes() const { return m_input.meshes; }
   const Shape& shape(int index) const { return m_input.shapes.values[static_cast<size_t>(index)]; }
   uint bodyCount() const { return m_input.bodyCount; }
 
