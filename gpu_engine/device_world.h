@@ -17,9 +17,9 @@ struct Capacities {
   size_t bodies = 0;
   size_t pairs = 0;
   size_t slots = 0;         // constraint slots, padding included
-  size_t triangleHits = 0;  // triangles of meshes near other shapes
   uint colourLaunches = 0;  // colours that get a launch of their own (GPU shape); all others share one
   uint colourRounds = 0;    // colouring rounds launched a step (GPU shape)
+  size_t triangleHits = 0;  // triangles of meshes near other shapes
 };
 
 struct DeviceWorld {

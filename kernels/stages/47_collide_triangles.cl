@@ -57,17 +57,17 @@ static int isMine(Shape a) { return a.type != SHAPE_SPHERE; }
 // 0 if A's own box (a capsule's and a hull's too) and the triangle are farther apart than the limit along an axis of the
 // box, the triangle's normal, or across one of its sides: most triangles go so, since the box in the mesh's axes that
 // found them is wider. `at`: the middle of the box.
-static int mayTouch(float4 half, float4 at, Triangle t, float limit) {
+static int mayTouch(float4 halfExtents, float4 at, Triangle t, float limit) {
   const float4 a = t.a - at, b = t.b - at, c = t.c - at;
-  const float4 reach = half + vec3(limit, limit, limit), lower = fmin(a, fmin(b, c)), upper = fmax(a, fmax(b, c));
+  const float4 reach = halfExtents + vec3(limit, limit, limit), lower = fmin(a, fmin(b, c)), upper = fmax(a, fmax(b, c));
   if (lower.x > reach.x || lower.y > reach.y || lower.z > reach.z || upper.x < -reach.x || upper.y < -reach.y ||
       upper.z < -reach.z)
     return 0;
   const float4 normal = xyz(t.plane);
-  if (fabs(dot3(normal, a)) > dot3(abs3(normal), half) + limit) return 0;
+  if (fabs(dot3(normal, a)) > dot3(abs3(normal), halfExtents) + limit) return 0;
   const float4 ab = cross3(b - a, normal), bc = cross3(c - b, normal), ca = cross3(a - c, normal);  // outward
-  const float gapAb = -dot3(ab, a) - dot3(abs3(ab), half), gapBc = -dot3(bc, b) - dot3(abs3(bc), half),
-              gapCa = -dot3(ca, c) - dot3(abs3(ca), half);
+  const float gapAb = -dot3(ab, a) - dot3(abs3(ab), halfExtents), gapBc = -dot3(bc, b) - dot3(abs3(bc), halfExtents),
+              gapCa = -dot3(ca, c) - dot3(abs3(ca), halfExtents);
   const float limitSqr = limit * limit;
   return !((gapAb > 0.0f && gapAb * gapAb > limitSqr * dot3(ab, ab)) ||
            (gapBc > 0.0f && gapBc * gapBc > limitSqr * dot3(bc, bc)) ||
@@ -77,8 +77,8 @@ static int mayTouch(float4 half, float4 at, Triangle t, float limit) {
 static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
   // Of a capsule only the extents are without the margin.
   const float radius = m->a.type == SHAPE_CAPSULE ? m->a.margin : 0.0f;
-  const float4 half = xyz(m->a.extents) + vec3(radius, radius, radius);
-  if (!mayTouch(half, m->a.centre, t, m->mesh.margin + m->threshold)) return;
+  const float4 halfExtents = xyz(m->a.extents) + vec3(radius, radius, radius);
+  if (!mayTouch(halfExtents, m->a.centre, t, m->mesh.margin + m->threshold)) return;
   const float limit = m->a.margin + m->mesh.margin + m->threshold;
   CorePair cores;
   cores.a = coreOf(m->a);

@@ -4,6 +4,7 @@
 
 #include "tests/support/device_test.h"
 #include "tests/support/mesh_pairs.h"
+#include "translation/mesh_tree.h"
 
 namespace btgpu {
 namespace {
