@@ -248,10 +248,24 @@ bool isOlder(const btManifoldPoint& deepest, const ContactPoint& ours, const btP
   return false;
 }
 
+bool same3(const float4& a, const float4& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+// True if a contact with a mesh is one of the step before, with which stock began too: there another triangle's took its
+// place.
+bool isKept(const std::vector<Manifold>& cache, const Manifold& ours, const ContactPoint& point) {
+  for (const Manifold& m : cache) {
+    if (m.bodyA != ours.bodyA || m.bodyB != ours.bodyB) continue;
+    for (int k = 0; k < m.pointCount; ++k) {
+      if (same3(m.points[k].localPointA, point.localPointA) && same3(m.points[k].normalWorldOnB, point.normalWorldOnB))
+        return true;
+    }
+  }
+  return false;
+}
+
 // True if a contact with a mesh is one that Bullet finds too, and its manifold has lost.
 bool isLost(btCollisionWorld& world, const btCollisionObject& a, const btCollisionObject& b, const ContactPoint& ours,
             double size) {
-  if (!b.getCollisionShape()->isConcave() || b.getCollisionShape()->isInfinite()) return false;
   for (const FoundContact& found : contactsWithTriangles(world, a, b)) {
     if (std::fabs(double(ours.localPointA.w) - found.distance) <= kSameDepth * size &&
         double(toBullet(ours.normalWorldOnB).dot(found.normal)) >= kSameNormal)
@@ -280,7 +294,10 @@ void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold*
   const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
   bool depthAgrees = sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
   bool normalAgrees = cosine >= kSameNormal;
-  if ((!depthAgrees || !normalAgrees) && isLost(m_oracle, *m_oracle.object(a), *m_oracle.object(b), mine, size)) {
+  const bool mesh = ours.bucket == BUCKET_MESH;
+  if (mesh && (!depthAgrees || !normalAgrees) &&
+      (isLost(m_oracle, *m_oracle.object(a), *m_oracle.object(b), mine, size) ||
+       isKept(*m_step->cache, ours, mine))) {
     depthAgrees = normalAgrees = true;
   }
   const double depthDifference = std::fabs(double(mine.localPointA.w) - double(theirs.getDistance())) / size;
