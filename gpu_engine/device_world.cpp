@@ -52,6 +52,7 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   c.bodies = std::max(c.bodies, wanted.bodies);
   c.pairs = std::max(c.pairs, wanted.pairs);
   c.slots = std::max(c.slots, (wanted.slots + BTGPU_LANES - 1) / BTGPU_LANES * BTGPU_LANES);
+  c.triangleHits = std::max(c.triangleHits, wanted.triangleHits);
   c.colourLaunches = std::min<uint>(COLOUR_LIMIT, wanted.colourLaunches);
   c.colourRounds = std::max(c.colourRounds, wanted.colourRounds);
 
@@ -69,6 +70,7 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
     m_begun = true;
   }
   resizeAll(BUCKET_COUNT + 1, bucketFirst);
+  if (c.triangleHits > 0) resizeAll(c.triangleHits, triangleHits, triangleTouches);
   resizeAll(COLOUR_TABLE, slotFirst);
   resizeAll(c.slots, slots);
   resizeAll(c.slots * SLOT_FIELDS, rows);
@@ -102,6 +104,7 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   hostManifoldCount = static_cast<uint>(input.hostManifolds.size());
   if (hostManifoldCount > 0) hostManifolds.copyFromHost(queue, input.hostManifolds, false);
   uploadHulls(queue, input.hulls);
+  uploadMeshes(queue, input.meshes);
 
   uploadBorn(queue, input.born, input.replaceManifolds);
   if (input.replaceManifolds) uploadManifolds(queue, input);
@@ -150,6 +153,21 @@ void DeviceWorld::uploadHulls(Queue& queue, const HullArrays& hulls) {
   // A kernel's argument has to be something, even where all hulls are points.
   static const std::vector<HullEdge> kNoEdges(1);
   hullEdges.copyFromHost(queue, hulls.edges.empty() ? kNoEdges : hulls.edges, false);
+}
+
+void DeviceWorld::uploadMeshes(Queue& queue, const MeshArrays& arrays) {
+  if (arrays.meshes.empty() || (!arrays.changed && !meshes.empty())) return;
+  mostMeshParts = 0;
+  for (const Mesh& mesh : arrays.meshes) mostMeshParts = std::max(mostMeshParts, static_cast<uint>(mesh.partCount));
+  meshes.copyFromHost(queue, arrays.meshes, false);
+  // A kernel's argument has to be something, even where all meshes are empty.
+  const auto copy = [&queue](const auto& from, auto& to) {
+    static const std::decay_t<decltype(from)> kNone(1);
+    to.copyFromHost(queue, from.empty() ? kNone : from, false);
+  };
+  copy(arrays.triangles, meshTriangles);
+  copy(arrays.nodes, meshNodes);
+  copy(arrays.parts, meshParts);
 }
 
 void DeviceWorld::forgetStaleAabbs(Queue& queue, const WorldInput& input) {
@@ -228,6 +246,7 @@ void DeviceWorld::spoilStepArrays(Queue& queue) {
   };
   spoilAll(steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
   spoilAll(keys, pairs, items, bucketFirst, contacts, axes, closest, nearPairs, manifolds, constraints);
+  spoilAll(triangleFound, triangleFirst, triangleHits, triangleTouches);
   spoilAll(nearCount, manifoldCount, constraintCount, jointEffects, jointImpulses, jointSolved);
   spoilAll(slotFirst, slots, rows, tangent2, torsion);
   spoilAll(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
@@ -294,6 +313,7 @@ void DeviceWorld::forgetUploads(Queue& queue) {
   shapes.resize(queue, 0);
   childPoses.resize(queue, 0);
   hullVertices.resize(queue, 0);
+  meshes.resize(queue, 0);
   m_anyBorn = true;
   m_colouredJoints.clear();
   m_ignoredPairs.clear();

@@ -19,6 +19,7 @@ struct Capacities {
   size_t slots = 0;         // constraint slots, padding included
   uint colourLaunches = 0;  // colours that get a launch of their own (GPU shape); all others share one
   uint colourRounds = 0;    // colouring rounds launched a step (GPU shape)
+  size_t triangleHits = 0;  // triangles of meshes near other shapes
 };
 
 struct DeviceWorld {
@@ -40,6 +41,13 @@ struct DeviceWorld {
   DeviceArray<HullFace> hullFaces{"hull faces"};      // host
   DeviceArray<uint> hullCorners{"hull corners"};      // host
   DeviceArray<HullEdge> hullEdges{"hull edges"};      // host
+
+  // All meshes, likewise (WorldInput::meshes).
+  DeviceArray<Mesh> meshes{"meshes"};                        // host
+  DeviceArray<MeshTriangle> meshTriangles{"mesh triangles"};  // host
+  DeviceArray<MeshNode> meshNodes{"mesh nodes"};             // host
+  DeviceArray<MeshPart> meshParts{"mesh parts"};             // host
+  uint mostMeshParts = 0;                                    // of one mesh
 
   // The last step's result, read by the next one. Each has a twin that the running step writes; the two are
   // swapped when the step has succeeded, so a step can be repeated from an untouched state.
@@ -77,6 +85,12 @@ struct DeviceWorld {
   DeviceArray<ClosestFeatures> closest{"closest features"};     // stage 44; by position among the convex pairs
   DeviceArray<uint> nearPairs{"convex pairs near each other"};  // stage 44: such positions, ascending
   DeviceArray<uint> nearCount{"count of near convex pairs"};    // 1; stage 44
+  // Triangles near the shapes of pairs in BUCKET_MESH. Searches: triangleGroups a pair, side by side.
+  DeviceArray<uint> triangleFound{"triangles found"};              // stage 40, by search: how many
+  DeviceArray<uint> triangleFirst{"triangle starts"};              // stage 40, by search: where they begin
+  DeviceArray<TriangleHit> triangleHits{"triangle hits"};          // stage 40
+  DeviceArray<TriangleContacts> triangleTouches{"triangle contacts"};  // stage 47, by hit
+  uint triangleGroups = 1;
   // One a pair, then those of the host: manifoldCount in all, if there are any of the host.
   DeviceArray<Manifold> manifolds{"manifolds"};                 // stages 48, 50, 65 and 70
   DeviceArray<Manifold> hostManifolds{"host manifolds"};        // host
@@ -134,10 +148,11 @@ struct DeviceWorld {
   void forEachArray(const F& f) const {
     const auto all = [&](const auto&... arrays) { (f(arrays), ...); };
     all(infos, poses, velocities, activations, forces, masses, materials, dampings, shapes, childPoses, hostAabbs);
-    all(hullVertices, hullFaces, hullCorners, hullEdges);
+    all(hullVertices, hullFaces, hullCorners, hullEdges, meshes, meshTriangles, meshNodes, meshParts);
     all(oldAabbs, oldKeys, oldPairCount, oldManifolds, spareAabbs, sparePairKeys, sparePairCount, spareManifolds);
     all(born, steps, aabbs, stepActivations, roots, islandFlags, solved, solverBodies, solverMasses);
     all(keys, pairCount, pairs, items, bucketFirst, contacts, axes);
+    all(triangleFound, triangleFirst, triangleHits, triangleTouches);
     all(closest, nearPairs, nearCount, manifolds, hostManifolds, manifoldCount, matchedManifolds);
     all(constraints, constraintCount, touching, fresh, ignoredPairs);
     all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved, lastJointImpulses, softJointRows);
@@ -184,6 +199,7 @@ struct DeviceWorld {
   void swapWithSpare();
   void uploadHulls(Queue& queue, const HullArrays& hulls);
   void uploadManifolds(Queue& queue, const WorldInput& input);
+  void uploadMeshes(Queue& queue, const MeshArrays& arrays);
   void uploadJoints(Queue& queue, const WorldInput& input);
   void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem);
 

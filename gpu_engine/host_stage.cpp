@@ -23,7 +23,8 @@ std::vector<std::unique_ptr<HostStage>> allStages() {
                      hostSolveVelocities,    hostSolveSplits,
                      hostSolveBatches,       hostPrepareSoftContacts,
                      hostSolveSubsteps,      hostIntegratePoses,
-                     hostUpdateActivation,   hostGatherContacts}) {
+                     hostUpdateActivation,   hostGatherContacts,
+                     hostCullTriangles,      hostCollideTriangles}) {
     stages.push_back(make());
   }
   for (auto* make : {hostFindPairsGrid, hostFindPairsSweep, hostFindPairsIncremental, hostFindPairsBruteForce}) {

@@ -42,6 +42,7 @@ Pipeline::Pipeline(ComputeDevice& device, HostStages& hostStages)
       m_updateAabbs(device),
       m_findPairs(device),
       m_groupPairs(device),
+      m_cullTriangles(device),
       m_findSeparatingAxis(device),
       m_clipFaces(device),
       m_findClosestFeatures(device),
@@ -68,6 +69,7 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
   stage("20_update_aabbs", m_updateAabbs);
   stage(PairFinders::stageOf(settings.pairFinder), m_findPairs, settings.pairFinder);
   stage("35_group_pairs", m_groupPairs);
+  if (traits.has(SHAPE_MESH)) stage("40_cull_triangles", m_cullTriangles);
   stage("42_collide_primitives", m_collidePrimitives, traits.shapeTypes);
   if (boxes) stage("44_find_separating_axis", m_findSeparatingAxis);
   if (boxes) stage("46_clip_faces", m_clipFaces);
@@ -75,6 +77,7 @@ void Pipeline::enqueueStep(Queue& queue, DeviceWorld& world, const StepSettings&
     stage("44_find_closest_features", m_findClosestFeatures, traits.convexPairs(), traits.curvedPairs());
     stage("46_clip_convex_faces", m_clipConvexFaces, traits.convexPairs(), traits.curvedPairs());
   }
+  if (traits.has(SHAPE_MESH)) stage("47_collide_triangles", m_collideTriangles, traits.shapeTypes);
   stage("48_reduce_and_match_contacts", m_reduceAndMatchContacts);
   if (world.hostManifoldCount > 0) stage("50_append_host_contacts", m_appendHostContacts);
   if (settings.keepContacts) world.keepMatchedManifolds(queue);

@@ -12,11 +12,13 @@
 #include "stages/20_update_aabbs.h"
 #include "stages/30_pair_finders.h"
 #include "stages/35_group_pairs.h"
+#include "stages/40_cull_triangles.h"
 #include "stages/42_collide_primitives.h"
 #include "stages/44_find_closest_features.h"
 #include "stages/44_find_separating_axis.h"
 #include "stages/46_clip_convex_faces.h"
 #include "stages/46_clip_faces.h"
+#include "stages/47_collide_triangles.h"
 #include "stages/48_reduce_and_match_contacts.h"
 #include "stages/50_append_host_contacts.h"
 #include "stages/52_prepare_joints.h"
@@ -93,11 +95,13 @@ class Pipeline {
   UpdateAabbs m_updateAabbs;
   PairFinders m_findPairs;
   GroupPairs m_groupPairs;
+  CullTriangles m_cullTriangles;
   CollidePrimitives m_collidePrimitives;
   FindSeparatingAxis m_findSeparatingAxis;
   ClipFaces m_clipFaces;
   FindClosestFeatures m_findClosestFeatures;
   ClipConvexFaces m_clipConvexFaces;
+  CollideTriangles m_collideTriangles;
   ReduceAndMatchContacts m_reduceAndMatchContacts;
   AppendHostContacts m_appendHostContacts;
   PrepareJoints m_prepareJoints;

@@ -82,6 +82,7 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
   }
+  if (m_traits.has(SHAPE_MESH)) wanted.triangleHits = std::max(wanted.triangleHits, wanted.pairs);
   reserve(wanted);
 }
 
@@ -371,6 +372,7 @@ void WorldEngine::readManifolds(std::vector<Manifold>& manifolds) {
 void WorldEngine::growAfterOverflow(const StepCounters& counters) {
   Capacities wanted = m_world->capacities;
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
+  if (counters.overflow & OVERFLOW_TRIANGLES) wanted.triangleHits = withSpare(counters.triangleHits);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
   reserve(wanted);
 }

@@ -11,6 +11,7 @@
 #include "../kernels/shared/body.h"
 #include "../kernels/shared/contact.h"
 #include "../kernels/shared/joint.h"
+#include "../kernels/shared/mesh.h"
 #include "../kernels/shared/shape.h"
 
 namespace btgpu {
@@ -29,6 +30,15 @@ struct HullArrays {
   std::vector<uint> corners;  // of the faces: vertices in turn, anticlockwise from outside, counted from the hull's first
   std::vector<HullEdge> edges;
   bool changed = false;  // since the last step
+};
+
+// All meshes; Mesh says what is a mesh's own.
+struct MeshArrays {
+  std::vector<Mesh> meshes;
+  std::vector<MeshTriangle> triangles;
+  std::vector<MeshNode> nodes;  // links count from the mesh's first triangle
+  std::vector<MeshPart> parts;  // nodes count from the mesh's first node
+  bool changed = false;         // since the last step
 };
 
 struct WorldInput {
@@ -51,6 +61,7 @@ struct WorldInput {
   // bodyCount, or empty while there are none.
   Tracked<BodyPose> childPoses;
   HullArrays hulls;
+  MeshArrays meshes;
 
   // What the host has found for this step, of pairs with a body whose shape is SHAPE_HOST or that has
   // BODY_HOST_CONTACTS: their manifolds, any number a pair, and the AABBs of the former (by body; empty if there is
@@ -86,17 +97,17 @@ struct WorldInput {
         &in.childPoses.changed,  &in.born};
   }
 
-  // False if anything of the bodies, shapes and hulls changed since the last step.
+  // False if anything of the bodies, shapes, hulls and meshes changed since the last step.
   bool unchanged() const {
     for (const auto* list : changeLists(*this)) {
       if (!list->empty()) return false;
     }
-    return !hulls.changed && !replaceManifolds;
+    return !hulls.changed && !meshes.changed && !replaceManifolds;
   }
 
   void clearChanges() {
     for (auto* list : changeLists(*this)) list->clear();
-    hulls.changed = false;
+    hulls.changed = meshes.changed = false;
     replaceManifolds = false;
     manifolds.clear();
   }

@@ -44,6 +44,15 @@ bool handOver(btCollisionAlgorithm& algorithm, btPersistentManifold* manifold, b
   return true;
 }
 
+bool handOverMeshs(btCollisionAlgorithm& algorithm, btPersistentManifold* manifold, btDispatcher& dispatcher) {
+  if (!isExactly<btConvexConcaveCollisionAlgorithm>(algorithm)) return false;
+  auto& a = static_cast<btConvexConcaveCollisionAlgorithm&>(algorithm);
+  btPersistentManifold*& own = (a.*memberPointer(ConvexConcaveCallback())).m_manifoldPtr;
+  if (own) dispatcher.releaseManifold(own);
+  own = manifold;  // released with the algorithm
+  return true;
+}
+
 }  // namespace
 
 std::uint32_t ManifoldRegistry::add(btPersistentManifold* manifold) {
@@ -124,7 +133,8 @@ void DeviceContactAlgorithm::makeStock(const btCollisionObjectWrapper* body0, co
       !(handOver<btBoxBoxCollisionAlgorithm, BoxBoxManifold, BoxBoxOwns>(*m_stock, m_manifold, d) ||
         handOver<btSphereSphereCollisionAlgorithm, SphereSphereManifold, SphereSphereOwns>(*m_stock, m_manifold, d) ||
         handOver<btConvexPlaneCollisionAlgorithm, ConvexPlaneManifold, ConvexPlaneOwns>(*m_stock, m_manifold, d) ||
-        handOver<btConvexConvexAlgorithm, ConvexConvexManifold, ConvexConvexOwns>(*m_stock, m_manifold, d));
+        handOver<btConvexConvexAlgorithm, ConvexConvexManifold, ConvexConvexOwns>(*m_stock, m_manifold, d) ||
+        handOverMeshs(*m_stock, m_manifold, d));
   if (!m_ownsManifold) return;
   // Not one that collides shapes of the device: at least it starts from the same points.
   destroy(d, m_stock);

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btBoxBoxCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btConvexConcaveCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btConvexPlaneCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btSphereSphereCollisionAlgorithm.h>
@@ -41,6 +42,8 @@ BTGPU_EXPOSE(ConvexPlaneManifold, btConvexPlaneCollisionAlgorithm, btPersistentM
 BTGPU_EXPOSE(ConvexPlaneOwns, btConvexPlaneCollisionAlgorithm, bool, m_ownManifold)
 BTGPU_EXPOSE(ConvexConvexManifold, btConvexConvexAlgorithm, btPersistentManifold*, m_manifoldPtr)
 BTGPU_EXPOSE(ConvexConvexOwns, btConvexConvexAlgorithm, bool, m_ownManifold)
+BTGPU_EXPOSE(ConvexConcaveCallback, btConvexConcaveCollisionAlgorithm, btConvexTriangleCallback,
+             m_btConvexTriangleCallback)
 
 // The hash table of the pair cache.
 using PairHash = unsigned(unsigned, unsigned);

@@ -195,14 +195,22 @@ bool ShapeReader::convertCompound(const btCompoundShape& compound, std::uint32_t
   return true;
 }
 
-bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out) {
-  const bool known = !(m_ownAlgorithms >> shape.getShapeType() & 1u);
+bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, Shape& out,
+                          const char*& why) {
+  const auto isOwn = [this](int type) { return (m_ownAlgorithms >> type & 1u) != 0; };
+  const bool known = !isOwn(shape.getShapeType());
   if (known && readCorePoints(shape, m_core)) {
+    m_meshes.drop(index);
     out = Shape{};
-    convertPoints(shape, index, hulls, out);
+    convertPoints(shape, index, input.hulls, out);
     return true;
   }
   dropHull(index);
+  if (isOwn(TRIANGLE_SHAPE_PROXYTYPE)) {  // what Bullet hands a mesh's triangles to
+    m_meshes.drop(index);
+  } else if (m_meshes.convert(shape, index, input.meshes, out, why)) {
+    return true;
+  }
   return known && convertSimple(shape, out);
 }
 
@@ -265,21 +273,23 @@ void ShapeReader::readEntry(const btCollisionShape* shape, Entry& entry, WorldIn
                             FallbackList& shares) {
   const auto name = [shape] { return std::string(shape->getName()) + " shape"; };
   Shape read;
+  const char* why = "contacts by Bullet's own algorithm on the CPU";
   bool converted;
   if (isExactly<btCompoundShape>(*shape)) {
     dropHull(entry.index);
+    m_meshes.drop(entry.index);
     // Reads other shapes, which may move the table's arrays, but not the entry.
     converted = convertCompound(static_cast<const btCompoundShape&>(*shape), entry.index, input, missing, shares, read);
   } else {
     m_compounds.erase(entry.index);
-    converted = convert(*shape, entry.index, input.hulls, read);
+    converted = convert(*shape, entry.index, input, read, why);
   }
   if (converted) {
     read.breakingThreshold = breakingThreshold(*shape);
   } else {
     read = Shape{};
     read.type = SHAPE_HOST;
-    shares.addShare(name(), "contacts by Bullet's own algorithm on the CPU");
+    shares.addShare(name(), why);
   }
   entry.supported = isFiniteShape(read);
   Shape& known = input.shapes.values[entry.index];
@@ -339,12 +349,19 @@ void ShapeReader::end(WorldInput& input) {
       } else {
         dropHull(it->second.index);
         m_compounds.erase(it->second.index);
+        m_meshes.drop(it->second.index);
         m_free.push_back(it->second.index);
         it = m_entries.erase(it);
       }
     }
     // Hash order is no order: the next new shape gets the lowest free index.
     std::sort(m_free.begin(), m_free.end(), std::greater<>());
+  }
+  if (m_meshes.reclaim(input.meshes)) {
+    m_meshes.forEachPlace([&input](std::uint32_t index, int place) {
+      input.shapes.values[index].firstVertex = place;
+      input.shapes.changed.push_back(index);
+    });
   }
   constexpr std::size_t kDead = 4096;  // vertices, likewise
   if (m_deadVertices < input.hulls.vertices.size() / 2 + kDead) return;
@@ -363,6 +380,7 @@ void ShapeReader::clear() {
   m_entries.clear();
   m_hulls.clear();
   m_compounds.clear();
+  m_meshes.clear();
   m_deadVertices = 0;
   m_used.clear();
   m_free.clear();

@@ -11,6 +11,7 @@
 #include "convex_core.h"
 #include "fallback_list.h"
 #include "hull_features.h"
+#include "read_meshes.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -74,8 +75,9 @@ class ShapeReader {
                  FallbackList& shares);
   float breakingThreshold(const btCollisionShape& shape) const;
   bool isUnchanged(const btCollisionShape& shape, const Entry& entry, const WorldInput& input) const;
-  // False if the device has no such shape; one that is not finite comes out as such.
-  bool convert(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
+  // False if the device has no such shape, for a reason in `why` if it is not its kind; one that is not finite comes out
+  // as such.
+  bool convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, Shape& out, const char*& why);
   void convertPoints(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
   void dropHull(std::uint32_t index);
   bool convertCompound(const btCompoundShape& compound, std::uint32_t index, WorldInput& input, FallbackList& missing,
@@ -88,6 +90,7 @@ class ShapeReader {
   std::map<std::uint32_t, std::vector<CompoundLeaf>> m_compounds;  // likewise
   CorePoints m_core;                      // of the shape that is read
   std::uint64_t m_ownAlgorithms = 0;
+  MeshReader m_meshes;
   std::size_t m_deadVertices = 0;                 // in the input's array, of hulls that went or changed
   const btCollisionShape* m_lastShape = nullptr;  // neighbours in the world often share a shape
   Entry m_lastEntry{};

@@ -7,6 +7,7 @@
 #include "../../kernels/shared/bvh.h"
 #include "../../kernels/shared/contact.h"
 #include "../../kernels/shared/joint.h"
+#include "../../kernels/shared/mesh.h"
 #include "../../kernels/shared/query.h"
 #include "../../kernels/shared/rows.h"
 #include "../../kernels/shared/shape.h"
@@ -50,6 +51,10 @@ BTGPU_TYPE_NAME(Joint)
 BTGPU_TYPE_NAME(JointEffect)
 BTGPU_TYPE_NAME(JointRow)
 BTGPU_TYPE_NAME(Manifold)
+BTGPU_TYPE_NAME(Mesh)
+BTGPU_TYPE_NAME(MeshNode)
+BTGPU_TYPE_NAME(MeshPart)
+BTGPU_TYPE_NAME(MeshTriangle)
 BTGPU_TYPE_NAME(Pair)
 BTGPU_TYPE_NAME(RawContacts)
 BTGPU_TYPE_NAME(Ray)
@@ -62,6 +67,8 @@ BTGPU_TYPE_NAME(SolverBody)
 BTGPU_TYPE_NAME(SolverMass)
 BTGPU_TYPE_NAME(StepCounters)
 BTGPU_TYPE_NAME(StepParams)
+BTGPU_TYPE_NAME(TriangleContacts)
+BTGPU_TYPE_NAME(TriangleHit)
 
 #undef BTGPU_TYPE_NAME
 

@@ -29,10 +29,15 @@ uint bucketOf(int typeA, int typeB) {
                                {SHAPE_SPHERE, SHAPE_HULL, BUCKET_SPHERE_HULL},
                                {SHAPE_CAPSULE, SHAPE_HULL, BUCKET_CAPSULE_HULL},
                                {SHAPE_BOX, SHAPE_HULL, BUCKET_BOX_HULL},
-                               {SHAPE_HULL, SHAPE_HULL, BUCKET_HULL_HULL}};
+                               {SHAPE_HULL, SHAPE_HULL, BUCKET_HULL_HULL},
+                               {SHAPE_SPHERE, SHAPE_MESH, BUCKET_MESH},
+                               {SHAPE_BOX, SHAPE_MESH, BUCKET_MESH},
+                               {SHAPE_CAPSULE, SHAPE_MESH, BUCKET_MESH},
+                               {SHAPE_HULL, SHAPE_MESH, BUCKET_MESH}};
   for (const int curved : {SHAPE_CYLINDER, SHAPE_CONE, SHAPE_MULTI_SPHERE}) {
     if (typeA != curved && typeB != curved) continue;
     const int other = typeA == curved ? typeB : typeA;
+    if (other == SHAPE_MESH) return BUCKET_MESH;
     if (other == SHAPE_NONE || other > SHAPE_MULTI_SPHERE) return BUCKET_NONE;
     return other == SHAPE_PLANE ? BUCKET_CURVED_PLANE : BUCKET_CURVED;
   }
@@ -57,11 +62,12 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
     const bool known = old != oldKeys.end() && !born[a] && !born[b];
     const bool carried = !isActive(activations[a].state) && !isActive(activations[b].state);
     // btBroadphasePair orders by proxy id; btConvexPlaneCollisionAlgorithm makes its manifold with the plane
-    // last; btCompoundCollisionAlgorithm makes the compound the first, btCompoundCompoundCollisionAlgorithm opens both.
+    // last, btConvexConcaveCollisionAlgorithm with the mesh; btCompoundCollisionAlgorithm makes the compound the first, btCompoundCompoundCollisionAlgorithm opens both.
     const bool childA = infos[a].flags & BODY_CHILD, childB = infos[b].flags & BODY_CHILD;
     const int depthA = infos[a].depth, depthB = infos[b].depth;
     if (depthA == depthB ? infos[b].uniqueId < infos[a].uniqueId : depthB > depthA) std::swap(a, b);
-    if (typeOf(a) == SHAPE_PLANE && typeOf(b) != SHAPE_PLANE) std::swap(a, b);
+    const auto isLast = [&](uint body) { return typeOf(body) == SHAPE_PLANE || typeOf(body) == SHAPE_MESH; };
+    if (isLast(a) && !isLast(b)) std::swap(a, b);
     const auto onHost = [&](uint body) {
       return typeOf(body) == SHAPE_HOST || (infos[body].flags & BODY_HOST_CONTACTS);
     };

@@ -106,9 +106,10 @@ void setFrictionDirections(Vec n, bool steep, ContactPoint& p) {
 
 // btManifoldResult::addContactPoint up to where the point is looked up in the manifold.
 // `shift`: from A's position to that of the shape that collided.
-ContactPoint makePoint(const RawContacts& raw, int k, const Body& a, const Body& b, Vec bFromA, Vec shift, bool steep) {
-  const Vec normal = toVec(raw.normal), onB = toVec(raw.points[k]) + shift;
-  const double distance = raw.points[k].w;
+ContactPoint makePoint(float4 normalOnB, float4 point, const Body& a, const Body& b, Vec bFromA, Vec shift,
+                       bool steep) {
+  const Vec normal = toVec(normalOnB), onB = toVec(point) + shift;
+  const double distance = point.w;
   ContactPoint p{};
   p.localPointA = toFloat4(transposed(rotationOf(a.pose.orientation)) * (onB + normal * distance), distance);
   p.localPointB = toFloat4(transposed(rotationOf(b.pose.orientation)) * (onB - bFromA));
@@ -274,8 +275,16 @@ Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   const int depth = std::max(in.arrays.infos[pair.bodyA].depth, in.arrays.infos[pair.bodyB].depth);
   for (int k = 0; persistent && k < depth; ++k) refresh(m, a, b, bFromA, ties);
   const RawContacts raw = reduce(in.contacts[i], ties);
-  const bool steep = raw.count > 0 && !ties.isWithin(std::fabs(raw.normal.z), kHalfSqrt2, 1e-7);
-  for (int k = 0; k < raw.count; ++k) addPoint(m, makePoint(raw, k, a, b, bFromA, shift, steep), bFromA, ties);
+  bool steep = raw.count > 0 && !ties.isWithin(std::fabs(raw.normal.z), kHalfSqrt2, 1e-7);
+  for (int k = 0; k < raw.count; ++k) {
+    // Contacts with a mesh have normals of their own.
+    const bool own = pair.bucket == BUCKET_MESH;
+    const float4 normal = own ? raw.points[MANIFOLD_POINTS + k] : raw.normal;
+    if (own) steep = !ties.isWithin(std::fabs(normal.z), kHalfSqrt2, 1e-7);
+    ContactPoint p = makePoint(normal, raw.points[k], a, b, bFromA, shift, steep);
+    if (own) p.lateralFrictionDir2.w = normal.w;
+    addPoint(m, p, bFromA, ties);
+  }
   if (persistent) refresh(m, a, b, bFromA, ties);
   return m;
 }

@@ -25,7 +25,6 @@ class HostBatchConstraints : public HostStage {
     StepCounters counters = io.counters();
     counters.colourCount = counters.largeColours = m_expected.batchCount;
     counters.serialCount = m_expected.serialCount;
-    counters.uncoloured = 0;
     counters.slotCount = static_cast<uint>(m_expected.slots.size());
     io.write(w.batches.split, m_split);
     io.write(w.batches.groupBatches, m_expected.groupBatches);

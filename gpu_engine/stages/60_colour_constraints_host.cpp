@@ -20,7 +20,6 @@ class HostColourConstraints : public HostStage {
     counters.colourCount = m_expected.colourCount;
     counters.largeColours = m_expected.largeColours;
     counters.serialCount = m_expected.serialCount;
-    counters.uncoloured = 0;
     counters.slotCount = static_cast<uint>(m_expected.slots.size());
     if (m_expected.slots.size() > io.world.capacities.slots) {
       counters.overflow |= OVERFLOW_SLOTS;

@@ -21,7 +21,7 @@ class HostSplitBodies : public HostStage {
     StepCounters counters = io.counters();
     const uint slotCount = static_cast<uint>(m_expected.slots.size());
     counters.colourCount = m_constraints > 0;
-    counters.largeColours = counters.serialCount = counters.uncoloured = 0;
+    counters.largeColours = counters.serialCount = 0;
     counters.slotCount = slotCount;
     std::vector<uint> slotFirst(COLOUR_TABLE, slotCount);
     slotFirst[0] = 0;

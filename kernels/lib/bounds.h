@@ -36,7 +36,7 @@ LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
     centre = xyz(pose.position) + (upper + lower) * 0.5f;
   } else if (shape.type != SHAPE_PLANE) {
     // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb, btCylinderShape::getAabb,
-    // btCompoundShape::getAabb: of the box around the shape in its own axes.
+    // btCompoundShape::getAabb, btTriangleMeshShape::getAabb: of the box around the shape in its own axes.
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     const float radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f;
     const float4 reach = shape.extents + vec3(radius, radius, radius);

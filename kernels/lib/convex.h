@@ -10,6 +10,7 @@
 #define BTGPU_LIB_CONVEX_H
 #include "../shared/contact.h"
 #include "../shared/shape.h"
+#include "triangle.h"
 #include "vec.h"
 // Kernels of worlds without curved shapes are built without what these need.
 #if defined(__OPENCL_C_VERSION__) && !defined(BTGPU_CURVED)
@@ -45,8 +46,20 @@ STRUCT(Hulls) {
   __global const HullEdge* edges;
 };
 
+// Kernels for meshes have cores that are triangles as well, the others nothing of that.
+#ifdef BTGPU_TRIANGLE_CORES
+#define IF_TRIANGLE(core, statement) \
+  if ((core).isTriangle) statement
+#else
+#define IF_TRIANGLE(core, statement)
+#endif
+
 STRUCT(Core) {
   int curved;  // SHAPE_* of a cylinder, cone or multi-sphere, else 0
+#ifdef BTGPU_TRIANGLE_CORES
+  Triangle triangle;
+  int isTriangle;
+#endif
   int isHull;
   int isPolytope;  // has faces that others can rest on
   float4 extents;  // half extents if it is not a hull, else of its AABB
@@ -76,6 +89,9 @@ LIB Core coreOf(Shape shape) {
   core.radius = shape.radius;
   core.halfLength = shape.halfLength;
   core.facing = vec3(1.0f, 0.0f, 0.0f);
+#ifdef BTGPU_TRIANGLE_CORES
+  core.isTriangle = 0;
+#endif
   core.isHull = shape.type == SHAPE_HULL;
   core.isPolytope =
       core.isHull || shape.type == SHAPE_BOX || shape.type == SHAPE_CYLINDER || shape.type == SHAPE_CONE;
@@ -96,6 +112,24 @@ LIB Core coreOf(Shape shape) {
 }
 
 LIB int hasVariant(Shape s, int bit) { return (s.type == SHAPE_HULL || s.type == SHAPE_BOX) && (s.variant & bit); }
+#ifdef BTGPU_TRIANGLE_CORES
+LIB Core triangleCore(Triangle triangle, float margin) {
+  Core core;
+  core.triangle = triangle;
+  core.isTriangle = core.isPolytope = 1;
+  core.isHull = core.curved = core.axis = 0;
+  core.radius = core.halfLength = 0.0f;
+  core.facing = vec3(1.0f, 0.0f, 0.0f);
+  // Nothing but its length counts: that of a point is zero.
+  core.extents = vec3(triangle.size, 0.0f, 0.0f);
+  core.firstVertex = core.firstFace = core.firstEdge = 0;
+  core.vertexCount = 3;
+  core.faceCount = 2;
+  core.edgeCount = 6;
+  core.margin = margin;
+  return core;
+}
+#endif
 
 LIB CorePair corePairOf(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float4 bFromA) {
   CorePair pair;
@@ -119,6 +153,7 @@ LIB float4 boxVertex(float4 extents, int i) {
 }
 
 LIB float4 coreVertex(Core core, Hulls hulls, int i) {
+  IF_TRIANGLE(core, return triangleCorner(core.triangle, i);)
   if (core.isHull) return hulls.vertices[core.firstVertex + i];
   return boxVertex(core.extents, i);
 }
@@ -126,6 +161,7 @@ LIB float4 coreVertex(Core core, Hulls hulls, int i) {
 // Index of the vertex farthest along the direction, in the core's own axes. Of a point or a segment always the same
 // one of the vertices that fall together.
 LIB int coreSupport(Core core, Hulls hulls, float4 direction) {
+  IF_TRIANGLE(core, return triangleSupport(core.triangle, direction);)
   if (!core.isHull) {
     return (direction.x > 0.0f && core.extents.x > 0.0f ? 1 : 0) |
            (direction.y > 0.0f && core.extents.y > 0.0f ? 2 : 0) |
@@ -255,17 +291,20 @@ LIB float4 patchPlane(Core core, Hulls hulls, int patch) {
 // Outward plane of a face in the core's own axes.
 LIB float4 facePlane(Core core, Hulls hulls, int face) {
   if (IS_CURVED(core)) return patchPlane(core, hulls, face);
+  IF_TRIANGLE(core, return face ? -core.triangle.plane : core.triangle.plane;)
   if (core.isHull) return hulls.faces[core.firstFace + face].plane;
   const int axis = face >> 1;
   return withW(unitVector(axis) * (face & 1 ? 1.0f : -1.0f), component(core.extents, axis));
 }
 LIB int faceCorners(Core core, Hulls hulls, int face) {
   if (IS_CURVED(core)) return face == PATCH_POINT ? 1 : face == PATCH_LINE ? 2 : CAP_CORNERS;
+  IF_TRIANGLE(core, return 3;)
   return core.isHull ? hulls.faces[core.firstFace + face].cornerCount : 4;
 }
 // Corner `k` of a face, anticlockwise from outside.
 LIB float4 faceCorner(Core core, Hulls hulls, int face, int k) {
   if (IS_CURVED(core)) return patchCorner(core, hulls, face, k);
+  IF_TRIANGLE(core, return triangleCorner(core.triangle, face ? 2 - k : k);)
   if (core.isHull) {
     const int first = hulls.faces[core.firstFace + face].firstCorner;
     return hulls.vertices[core.firstVertex + (int)hulls.corners[first + k]];

@@ -18,6 +18,22 @@ STRUCT(CoreEdge) { float4 from, to, direction, normalA, normalB; };
 
 // 0 if the edge has no length.
 LIB int coreEdge(Core core, Hulls hulls, int i, REF(CoreEdge) e) {
+#ifdef BTGPU_TRIANGLE_CORES
+  // The arc of an edge's normals is half a circle; its two halves are listed.
+  if (core.isTriangle) {
+    const int first = i >> 1;
+    e->to = triangleCorner(core.triangle, first);
+    e->from = triangleCorner(core.triangle, first == 2 ? 0 : first + 1);
+    const float4 along = e->to - e->from;
+    const float length = length3(along);
+    if (!(length > 0.0f)) return 0;
+    e->direction = along / length;
+    const float4 normal = xyz(core.triangle.plane), outward = cross3(normal, e->direction);
+    e->normalA = i & 1 ? outward : normal;
+    e->normalB = i & 1 ? -normal : outward;
+    return 1;
+  }
+#endif
   if (core.isHull) {
     const HullEdge edge = hulls.edges[core.firstEdge + i];
     e->from = hulls.vertices[core.firstVertex + edge.from];

@@ -153,7 +153,8 @@ WIDE Lanes3 chooseTangentWide(const WideEnd* a, const WideEnd* b, const WidePoin
     t1.z = pick(rests, plane1.z, t1.z);
     uint index[BTGPU_WIDE];
     vstore16(rests ? vload16(0, manifold) : (uint16)NO_INDEX, 0, index);
-    scatterWide(&first->lateralFrictionDir2, MANIFOLD_STRIDE, index, plane2, (Lanes)0.0f);
+    scatterWide(&first->lateralFrictionDir2, MANIFOLD_STRIDE, index, plane2,
+                gatherWide(&first->lateralFrictionDir2, MANIFOLD_STRIDE, manifold).w);
   }
   return t1;
 }

@@ -36,7 +36,9 @@ STRUCT(ClosestFeatures) {
   float4 onB;     // of B's
 };
 
-// Contact candidates of one pair, before reduction and matching.
+// Contact candidates of one pair, before reduction and matching. Of a pair in BUCKET_MESH at most MANIFOLD_POINTS, each
+// with a normal of its own: that of points[k] is points[MANIFOLD_POINTS + k], whose w is lateralFrictionDir2.w of the
+// contact point.
 STRUCT(RawContacts) {
   float4 normal;              // unit, world axes, on B (from B towards A); w = 0
   float4 points[RAW_POINTS];  // xyz: point on B, world axes, relative to A's position; w: distance, < 0 inside
@@ -63,7 +65,7 @@ STRUCT(ContactPoint) {
   float4 localPointB;           // in B's axes, from B's centre; w: applied impulse, normal
   float4 normalWorldOnB;        // w: applied impulse, first friction direction
   float4 lateralFrictionDir1;   // w: applied impulse, second friction direction
-  float4 lateralFrictionDir2;   // w = 0
+  float4 lateralFrictionDir2;   // w: 1 + the triangle of B, counted from its mesh's first, as a float; 0: none
   float4 combined;              // friction, restitution, rolling friction, spinning friction
   float combinedStiffness, combinedDamping;  // valid with POINT_STIFFNESS_DAMPING
   int lifeTime;                 // steps since the point was made

@@ -17,6 +17,7 @@ BTGPU_BEGIN
 #define SHAPE_CONE 7
 #define SHAPE_MULTI_SPHERE 8
 #define SHAPE_COMPOUND 9  // of a body whose shapes have slots of their own (BODY_CHILD); collides with nothing itself
+#define SHAPE_MESH 12  // triangles, any number: mesh.h
 #define SHAPE_HOST 16  // a shape that the device lacks: its AABB and its contacts come from the host
 
 // Bits of Shape.variant.
@@ -35,7 +36,7 @@ STRUCT(Shape) {
   // segment along its axis, zero along the others; all others: half extents of its AABB in its own axes, as Bullet has
   // it.
   float4 extents;
-  float4 centre;  // hull, multi-sphere, compound: centre of that AABB; w = 0
+  float4 centre;  // hull, multi-sphere, compound, mesh: centre of that AABB; w = 0
   // Hull: its part of the arrays of all hulls. Vertices lie without the margin; after the last one of all hulls there
   // are HULL_PADDING more, which may be read. Multi-sphere: the spheres' centres, w: what the radius is larger than the
   // margin; then, not counted, how far these spheres are stretched along the shape's axes.
@@ -79,9 +80,10 @@ STRUCT(HullEdge) {
 #define BUCKET_HULL_HULL 13
 #define BUCKET_CURVED 14        // likewise: a cylinder, cone or multi-sphere and anything but a plane
 #define BUCKET_CURVED_PLANE 15  // one of them and a plane
-#define BUCKET_NONE 16  // no contacts can arise (two planes)
-#define BUCKET_HOST 17  // the host finds the contacts
-#define BUCKET_COUNT 18
+#define BUCKET_MESH 16  // any of the others but a plane, and a mesh
+#define BUCKET_NONE 17  // no contacts can arise (two planes)
+#define BUCKET_HOST 18  // the host finds the contacts
+#define BUCKET_COUNT 19
 
 #define BUCKET_FIRST_CONVEX BUCKET_CAPSULE_BOX
 #define BUCKET_LAST_CONVEX BUCKET_CURVED

@@ -45,6 +45,7 @@ STRUCT(StepParams) {
 #define OVERFLOW_PAIRS 1u
 #define OVERFLOW_SLOTS 2u
 #define OVERFLOW_ROUNDS 4u  // of no stage any more
+#define OVERFLOW_TRIANGLES 16u
 #define OVERFLOW_BEFORE 8u  // nothing here: the step before, which this one was launched on top of, failed
 
 // One block of counters, read back once at the end of the step.
@@ -55,7 +56,7 @@ STRUCT(StepCounters) {
   uint slotCount;         // constraint slots, padding included
   uint colourCount;       // parallel colours used
   uint serialCount;       // constraints in the serial batch
-  uint uncoloured;        // constraints still without a colour: none
+  uint triangleHits;      // triangles of meshes near other shapes, also those beyond the capacity
   uint colourRounds;      // colouring rounds that were worth a launch
   uint contactPoints;     // points of all manifolds
   uint quarantined;       // bodies put into quarantine in this step

@@ -10,6 +10,7 @@
 #include "contact.h"
 #include "debug.h"
 #include "joint.h"
+#include "mesh.h"
 #include "query.h"
 #include "rows.h"
 #include "shape.h"
@@ -131,10 +132,25 @@
   SIZE(StepCounters, 64)                                                                                    \
     FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \
-    FIELD(StepCounters, uncoloured) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
+    FIELD(StepCounters, triangleHits) FIELD(StepCounters, colourRounds) FIELD(StepCounters, contactPoints)    \
     FIELD(StepCounters, quarantined) FIELD(StepCounters, boxOverlaps) FIELD(StepCounters, outOfBounds)      \
     FIELD(StepCounters, touchingCount) FIELD(StepCounters, freshCount) FIELD(StepCounters, largeColours) \
     FIELD(StepCounters, bouncing)                                                                           \
+  SIZE(Mesh, 64)                                                                                            \
+    FIELD(Mesh, lower) FIELD(Mesh, perStep) FIELD(Mesh, firstTriangle) FIELD(Mesh, triangleCount)           \
+    FIELD(Mesh, firstNode) FIELD(Mesh, nodeCount) FIELD(Mesh, firstPart) FIELD(Mesh, partCount)             \
+    FIELD(Mesh, unused)                                                                                     \
+  SIZE(MeshNode, 16)                                                                                        \
+    FIELD(MeshNode, x) FIELD(MeshNode, y) FIELD(MeshNode, z) FIELD(MeshNode, link)                          \
+  SIZE(MeshPart, 8)                                                                                         \
+    FIELD(MeshPart, firstNode) FIELD(MeshPart, nodeCount)                                                   \
+  SIZE(MeshTriangle, 64)                                                                                    \
+    FIELD(MeshTriangle, a) FIELD(MeshTriangle, b) FIELD(MeshTriangle, c) FIELD(MeshTriangle, part)          \
+    FIELD(MeshTriangle, index) FIELD(MeshTriangle, unused)                                                  \
+  SIZE(TriangleHit, 8)                                                                                      \
+    FIELD(TriangleHit, pair) FIELD(TriangleHit, triangle)                                                   \
+  SIZE(TriangleContacts, 80)                                                                                \
+    FIELD(TriangleContacts, normal) FIELD(TriangleContacts, points)                                         \
   SIZE(DebugRecord, 992)                                                                                    \
     FIELD(DebugRecord, failures) FIELD(DebugRecord, kind) FIELD(DebugRecord, line) FIELD(DebugRecord, item) \
     FIELD(DebugRecord, values) FIELD(DebugRecord, arrayCount) FIELD(DebugRecord, unused)                    \

@@ -25,8 +25,12 @@ static uint bucketOfShapes(int typeA, int typeB) {
   if (low == SHAPE_CAPSULE && high == SHAPE_CAPSULE) return BUCKET_CAPSULES;
   if (low == SHAPE_CAPSULE && high == SHAPE_HULL) return BUCKET_CAPSULE_HULL;
   if (low == SHAPE_HULL && high == SHAPE_HULL) return BUCKET_HULL_HULL;
+  if (high == SHAPE_MESH && low <= SHAPE_MULTI_SPHERE && low != SHAPE_PLANE) return BUCKET_MESH;
   return BUCKET_NONE;
 }
+
+// Bullet's algorithms for planes and for meshes make their manifold with these last.
+static int isAlwaysB(int shapeType) { return shapeType == SHAPE_PLANE || shapeType == SHAPE_MESH; }
 
 // Index of the first of the sorted keys that is not below `key`.
 static uint lowerBound(__global const ulong* keys, uint count, ulong key) {
@@ -77,7 +81,7 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
     int lowIsA = lowInfo.uniqueId < highInfo.uniqueId;
     // Bullet opens two compounds together, and a compound that is left alone becomes the first of the two.
     if (lowInfo.depth != highInfo.depth) lowIsA = lowInfo.depth > highInfo.depth;
-    if ((lowType == SHAPE_PLANE) != (highType == SHAPE_PLANE)) lowIsA = highType == SHAPE_PLANE;
+    if (isAlwaysB(lowType) != isAlwaysB(highType)) lowIsA = isAlwaysB(highType);
     Pair pair;
     pair.bodyA = lowIsA ? low : high;
     pair.bodyB = lowIsA ? high : low;

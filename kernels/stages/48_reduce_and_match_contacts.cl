@@ -107,6 +107,7 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
         const float4 bFromA = b.position - a.position;
         RawContacts raw = AT(contacts, i);
         ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
+        const int isMesh = pair.bucket == BUCKET_MESH;
         reduceContacts(&raw);
         // Candidates are relative to the shape that they were found for, points to its body.
         // Bullet's algorithms for compounds refresh what they hold before they go on to the shapes, each of nested ones.
@@ -117,7 +118,9 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
         UNROLL
         for (int k = 0; k < MANIFOLD_POINTS; ++k) {
           if (k >= raw.count) continue;
-          ContactPoint p = makePoint(raw.normal, raw.points[k] + shift, ra, rb, bFromA);
+          const float4 normal = isMesh ? raw.points[MANIFOLD_POINTS + k] : raw.normal;
+          ContactPoint p = makePoint(normal, raw.points[k] + shift, ra, rb, bFromA);
+          if (isMesh) p.lateralFrictionDir2.w = normal.w;
           combine(&p, infoA.flags | infoB.flags, materialA, materialB);
           addPoint(&m, p);
         }

@@ -37,6 +37,7 @@ inline Size square(int n) { return {root(n, 2), 1, root(n, 2)}; }
 std::vector<Scene> boxScenes();       // boxes.cpp
 std::vector<Scene> rainScenes();      // rain.cpp
 std::vector<Scene> compoundScenes();  // compounds.cpp
+std::vector<Scene> terrainScenes();   // terrain.cpp
 std::vector<Scene> machineScenes();   // machines.cpp
 std::vector<Scene> bigBoxScenes();    // big_boxes.cpp
 std::vector<Scene> bigPileScenes();   // big_piles.cpp

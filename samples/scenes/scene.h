@@ -44,6 +44,19 @@ class Objects {
     m_shapes.push_back(std::move(made));
     return raw;
   }
+  // Takes a shape that a scene made itself; `keep`: what such a shape is made from.
+  template <typename S>
+  S* own(std::unique_ptr<S> shape) {
+    S* raw = shape.get();
+    m_shapes.push_back(std::move(shape));
+    return raw;
+  }
+  template <typename T>
+  T* keep(std::unique_ptr<T> data) {
+    T* raw = data.get();
+    m_kept.push_back(std::shared_ptr<T>(std::move(data)));
+    return raw;
+  }
   // Adds a body; mass 0 makes it static.
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btTransform& at);
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at);
@@ -64,6 +77,7 @@ class Objects {
 
  private:
   btDiscreteDynamicsWorld& m_world;
+  std::vector<std::shared_ptr<void>> m_kept;  // goes after the shapes
   std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
   std::vector<btRigidBody*> m_bodies;
   std::vector<std::unique_ptr<btTypedConstraint>> m_joints;

@@ -86,7 +86,6 @@ class ColourConstraintsTest : public DeviceTest {
     EXPECT_EQ(actual.counters.largeColours, expected.largeColours);
     EXPECT_EQ(actual.counters.serialCount, expected.serialCount);
     EXPECT_EQ(actual.counters.slotCount, expected.slots.size());
-    EXPECT_EQ(actual.counters.uncoloured, 0u);
     EXPECT_EQ(actual.slotFirst, expected.slotFirst);
     for (size_t s = 0; s < expected.slots.size(); ++s) {
       EXPECT_TRUE(sameBits(actual.slots[s], expected.slots[s])) << "slot " << s;

@@ -23,7 +23,7 @@ struct PairWorld {
   std::vector<Pair> pairs;
   std::vector<Manifold> oldManifolds;
 
-  // The bucket of the shapes that the bodies have; a plane must be b.
+  // The bucket of the shapes that the bodies have; a plane or a mesh must be b.
   uint bucketOf(uint a, uint b) const {
     const int typeA = shapeOf(a).type, typeB = shapeOf(b).type;
     const auto isCurved = [](int t) { return t >= SHAPE_CYLINDER && t <= SHAPE_MULTI_SPHERE; };
@@ -33,6 +33,7 @@ struct PairWorld {
       if (typeA == SHAPE_HULL) return BUCKET_HULL_PLANE;
       return typeA == SHAPE_SPHERE ? BUCKET_SPHERE_PLANE : BUCKET_BOX_PLANE;
     }
+    if (typeB == SHAPE_MESH) return BUCKET_MESH;
     const auto are = [&](int s, int t) { return (typeA == s && typeB == t) || (typeA == t && typeB == s); };
     if (are(SHAPE_HULL, SHAPE_HULL)) return BUCKET_HULL_HULL;
     if (are(SHAPE_HULL, SHAPE_BOX)) return BUCKET_BOX_HULL;

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "translation/hull_features.h"
+#include "translation/mesh_tree.h"
 
 namespace btgpu {
 namespace {
@@ -161,6 +162,18 @@ int WorldBuilder::spheres(const std::vector<float4>& spheres, float margin, floa
   shape.extents = (upper - lower) * 0.5f;
   shape.centre = (upper + lower) * 0.5f;
   shape.extents.w = shape.centre.w = 0;
+  return addShape(shape);
+}
+
+int WorldBuilder::mesh(const std::vector<float4>& corners, float margin) {
+  std::vector<MeshTriangle> triangles;
+  for (size_t i = 0; i + 2 < corners.size(); i += 3) {
+    triangles.push_back({corners[i], corners[i + 1], corners[i + 2], 7, static_cast<int>(i / 3), {0, 0}});
+  }
+  const MeshTree tree = makeMeshTree(std::move(triangles));
+  Shape shape = shapeOf(SHAPE_MESH, margin, (tree.upper - tree.lower) * 0.5f + float4{margin, margin, margin, 0});
+  shape.centre = (tree.upper + tree.lower) * 0.5f;
+  shape.firstVertex = appendMesh(tree, m_input.meshes);
   return addShape(shape);
 }
 

@@ -43,6 +43,8 @@ class WorldBuilder {
   int cone(int axis, float radius, float halfLength, float margin = 0.04f);
   // w: what their radii are larger than the margin.
   int spheres(const std::vector<float4>& spheres, float margin, float4 stretch = {1, 1, 1, 0});
+  // Three corners a triangle. Part 7, and the index of the triangle, are what Bullet calls it.
+  int mesh(const std::vector<float4>& corners, float margin = 0);
 
   // ---- bodies: return the body index; its uniqueId is the index + 1
   // ------------------------------------------ A rigid body; a mass of zero makes it static. Planes must be
@@ -72,6 +74,7 @@ class WorldBuilder {
   const BodyInfo& info(uint body) const { return m_input.infos.values[body]; }
   const BodyPose& pose(uint body) const { return m_input.poses.values[body]; }
   const HullArrays& hulls() const { return m_input.hulls; }
+  const MeshArrays& meshes() const { return m_input.meshes; }
   const Shape& shape(int index) const { return m_input.shapes.values[static_cast<size_t>(index)]; }
   uint bodyCount() const { return m_input.bodyCount; }
 

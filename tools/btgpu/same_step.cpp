@@ -64,7 +64,7 @@ void makeComplete(StepStart& start) {
   markAll(in.dampings);
   markAll(in.activations);
   markAll(in.shapes);
-  in.hulls.changed = true;
+  in.hulls.changed = in.meshes.changed = true;
   in.born.clear();
   in.replaceManifolds = true;
   in.manifolds = start.cache;

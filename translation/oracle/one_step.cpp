@@ -11,6 +11,7 @@
 #include "../../kernels/shared/shape.h"
 #include "../contacts.h"
 #include "../convert.h"
+#include "mesh_contacts.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -268,6 +269,32 @@ bool isOlder(const btManifoldPoint& deepest, const ContactPoint& ours, const btP
   return false;
 }
 
+bool same3(const float4& a, const float4& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+// True if a contact with a mesh is one of the step before, with which stock began too: there another triangle's took its
+// place.
+bool isKept(const std::vector<Manifold>& cache, const Manifold& ours, const ContactPoint& point) {
+  for (const Manifold& m : cache) {
+    if (m.bodyA != ours.bodyA || m.bodyB != ours.bodyB) continue;
+    for (int k = 0; k < m.pointCount; ++k) {
+      if (same3(m.points[k].localPointA, point.localPointA) && same3(m.points[k].normalWorldOnB, point.normalWorldOnB))
+        return true;
+    }
+  }
+  return false;
+}
+
+// True if a contact with a mesh is one that Bullet finds too, and its manifold has lost.
+bool isLost(btCollisionWorld& world, const btCollisionObject& a, const btCollisionObject& b, const ContactPoint& ours,
+            double size) {
+  for (const FoundContact& found : contactsWithTriangles(world, a, b)) {
+    if (std::fabs(double(ours.localPointA.w) - found.distance) <= kSameDepth * size &&
+        double(toBullet(ours.normalWorldOnB).dot(found.normal)) >= kSameNormal)
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold* stock) {
@@ -285,11 +312,18 @@ void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold*
   m_missing.add(0, false, a, b);
   const ContactPoint& mine = ours.points[deepestPoint(ours)];
   const btManifoldPoint& theirs = deepestPoint(*stock);
-  const bool depthAgrees = sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
+  const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
+  bool depthAgrees = sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
+  bool normalAgrees = cosine >= kSameNormal;
+  const bool mesh = ours.bucket == BUCKET_MESH;
+  if (mesh && (!depthAgrees || !normalAgrees) &&
+      (isLost(m_oracle, *m_oracle.object(a), *m_oracle.object(b), mine, size) ||
+       isKept(*m_step->cache, ours, mine))) {
+    depthAgrees = normalAgrees = true;
+  }
   const double depthDifference = std::fabs(double(mine.localPointA.w) - double(theirs.getDistance())) / size;
   m_depth.add(depthAgrees ? std::min(depthDifference, kSameDepth) : depthDifference, !depthAgrees, a, b);
-  const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
-  m_normal.add(std::acos(std::max(-1.0, std::min(1.0, cosine))) * 180 / M_PI, !(cosine >= kSameNormal), a, b);
+  m_normal.add(std::acos(std::max(-1.0, std::min(1.0, cosine))) * 180 / M_PI, !normalAgrees, a, b);
 }
 
 // Our contacts with the impulses that stock's solver left in the dispatcher.
