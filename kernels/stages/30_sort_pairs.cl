@@ -13,20 +13,21 @@ KERNEL countListed(CHECKS uint pairCapacity, __global const uint* listed, __glob
   FOR_EACH(k, pairs) atomic_inc(&AT(counts, (uint)(AT(list, k) >> 32)));
 }
 
-// Also notes how many pairs there are and whether they fit.
-KERNEL emitListed(CHECKS uint pairCapacity, __global const uint* listed, __global const ulong* list,
+// Also notes how many pairs there are and whether they fit. The list is cleared, so that its order, which is another one
+// each time, is left nowhere.
+KERNEL emitListed(CHECKS uint pairCapacity, __global const uint* listed, __global ulong* list,
                   __global const uint* offsets, __global uint* total, __global StepCounters* counters,
                   __global uint* counts, __global ulong* keys) {
-  const uint pairs = *listed;
-  if (get_global_id(0) == 0) *total = counters->pairCount = pairs;
-  if (pairs > pairCapacity) {
-    if (get_global_id(0) == 0) counters->overflow |= OVERFLOW_PAIRS;
-    return;
+  const uint pairs = *listed, fits = pairs <= pairCapacity;
+  if (get_global_id(0) == 0) {
+    *total = counters->pairCount = pairs;
+    if (!fits) counters->overflow |= OVERFLOW_PAIRS;
   }
-  RETURN_ON_OVERFLOW(counters);
-  FOR_EACH(k, pairs) {
+  const int emits = fits ? !counters->overflow : 0;  // read only where nobody writes it
+  FOR_EACH(k, min(pairs, pairCapacity)) {
     const ulong key = AT(list, k);
-    emitPair(WITH_CHECKS (uint)(key >> 32), (uint)key, offsets, counts, keys);
+    AT(list, k) = 0;
+    if (emits) emitPair(WITH_CHECKS (uint)(key >> 32), (uint)key, offsets, counts, keys);
   }
 }
 
