@@ -32,7 +32,7 @@ btGpuSettings onDevice() {
 struct Heap {
   explicit Heap(const btGpuSettings& settings = onDevice()) : w(settings) {
     w.world.setGravity(btVector3(0, 0, 0));
-    for (int i = 0; i < 60; ++i) w.objects.add(1, shape(i % 4), random.pose(6));
+    for (int i = 0; i < 60; ++i) w.objects.add(1, shape(i % 4), random.pose(3.5));
   }
   btCollisionShape* shape(int kind) {
     if (kind == 0) return w.objects.sphere(random.uniform(0.3, 1));

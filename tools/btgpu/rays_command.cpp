@@ -145,7 +145,9 @@ int runRays(const RaysArguments& arguments) {
   printLine("rayTestBatch on the device, the first", first, stock.milliseconds, rays.size());
   printLine(fmt::format("rayTestBatch on the device, median of {}", arguments.repeats), median(times),
             stock.milliseconds, rays.size());
-  for (const auto& f : world.fallbackReport()) fmt::print("on the CPU: {}: {}\n", f.m_what, f.m_reason);
+  for (const auto& f : world.fallbackReport()) {
+    if (!f.m_wholeStep) fmt::print("on the CPU: {}: {}\n", f.m_what, f.m_reason);
+  }
   if (statistics.m_deviceRays == 0) {
     fmt::print("no ray was cast on a device\n");
     return kFailed;
