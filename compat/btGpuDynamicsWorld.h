@@ -104,10 +104,10 @@ enum class btGpuBatchLaunches {
 
 /// How pairs with overlapping AABBs are found. All find the same ones, in the same order.
 enum class btGpuPairFinder {
-  Bvh,               ///< a tree over a Morton curve; good at everything
+  Bvh,               ///< a tree over a Morton curve; for any mix of sizes
   Grid,              ///< a uniform grid, large bodies apart; for bodies of about the same size
   Sweep,             ///< a sweep along the axis of largest variance; for bodies in a row
-  IncrementalSweep,  ///< three axes, from the pairs of the step before; for bodies that hardly move
+  IncrementalSweep,  ///< three axes, from the pairs of the step before; slower wherever it was measured
   BruteForce,        ///< each body with every other; for tests
 };
 

@@ -193,7 +193,7 @@ const Finder kFinders[] = {{btGpuPairFinder::Grid, "grid", "30_find_pairs_grid"}
 
 // All find the same pairs, so that every bit of the world is the same.
 TEST(HostStages, PairFindersGiveTheSameBits) {
-  constexpr int kSteps = 15;
+  constexpr int kSteps = 8;
   const std::uint64_t expected = Heap().run(kSteps).hash();
   for (const Finder& finder : kFinders) {
     SCOPED_TRACE(finder.name);

@@ -25,7 +25,7 @@ class PairFindersLongTest : public ::testing::Test {
   }
   void expectAllAlike(const AabbWorld& w) {
     const std::vector<ulong> expected = find(w, PairFinder::BruteForce);
-    EXPECT_GT(expected.size(), size_t{w.count()});
+    EXPECT_GT(expected.size(), size_t{w.count()} / 10);
     for (const PairFinder finder :
          {PairFinder::Bvh, PairFinder::Grid, PairFinder::Sweep, PairFinder::IncrementalSweep}) {
       EXPECT_TRUE(find(w, finder) == expected) << PairFinders::stageOf(finder);
