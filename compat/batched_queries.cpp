@@ -19,8 +19,9 @@ namespace {
 constexpr std::size_t kGrain = 256;  // rays a thread takes at a time
 // Rays that go to the device at once; fewer where each may bring a list of objects for the host.
 constexpr std::size_t kRays = 1 << 20, kRaysWithHost = 1 << 17;
-// Batches that the CPU has answered before a device has, and before one has been opened.
-constexpr int kSmallBatch = 2000, kSmallFirstBatch = 100000;
+// Batches that the CPU has answered before a device has, and before one has been opened
+// (benchmarks/results/2026-11-23-pocl-rays.txt).
+constexpr int kSmallBatch = 200, kSmallFirstBatch = 15000;
 
 bool isFinite(const btVector3& v) { return std::isfinite(double(v.x() + v.y() + v.z())); }
 
