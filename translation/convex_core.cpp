@@ -167,8 +167,13 @@ bool readCorePoints(const btCollisionShape& shape, CorePoints& out) {
   const auto& convex = static_cast<const btConvexShape&>(shape);
   const btConvexShape& inner = innermost(convex, scale);
   out.margin = shape.getMargin();
-  if (isExactly<btMultiSphereShape>(inner) && static_cast<const btMultiSphereShape&>(inner).getSphereCount() > 0) {
-    addSpheres(out, static_cast<const btMultiSphereShape&>(inner), scale);
+  if (isExactly<btMultiSphereShape>(inner)) {
+    const auto& spheres = static_cast<const btMultiSphereShape&>(inner);
+    if (spheres.getSphereCount() > 0) {
+      addSpheres(out, spheres, scale);
+    } else {
+      addPoint(out, btVector3(0, 0, 0), scale);
+    }
     return true;
   }
   return addPoints(inner, scale, &inner != &convex, out);

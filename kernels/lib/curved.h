@@ -130,15 +130,15 @@ STRUCT(Epa) {
   int vertexCount, faceCount;
 };
 
-// 0 if the triangle is too flat to have a normal.
+// A triangle too flat to have a normal closes the surface, but is never the nearest one. 0 if there is no room.
 LIB int addEpaFace(REF(Epa) e, int a, int b, int c) {
   if (e->faceCount == EPA_FACES) return 0;
   const float4 p = e->vertices[a].point, u = e->vertices[b].point - p, v = e->vertices[c].point - p;
   const float4 normal = cross3(u, v);
   const float sizeSqr = lengthSqr3(normal);
-  if (!(sizeSqr > EPA_FLAT * lengthSqr3(u) * lengthSqr3(v))) return 0;
-  const float4 unit = normal / sqrt(sizeSqr);
-  e->planes[e->faceCount] = withW(unit, dot3(unit, p));
+  const int isFlat = !(sizeSqr > EPA_FLAT * lengthSqr3(u) * lengthSqr3(v));
+  const float4 unit = normal / (isFlat ? 1.0f : sqrt(sizeSqr));
+  e->planes[e->faceCount] = isFlat ? F4(0.0f, 0.0f, 0.0f, BTGPU_LARGE) : withW(unit, dot3(unit, p));
   e->corners[e->faceCount] = (uint)(a | b << 8 | c << 16);
   e->faceCount += 1;
   return 1;
@@ -242,8 +242,8 @@ LIB int growEpa(REF(Epa) e, DifferencePoint p, int first, float slack) {
   return 1;
 }
 
-// The point of A that belongs to the origin's foot on a face.
-LIB float4 footOnA(const Epa* e, uint corners) {
+// The points of A and B that belong to the origin's foot on a face.
+LIB void footOnFace(const Epa* e, uint corners, REF(ClosestFeatures) out) {
   const DifferencePoint a = e->vertices[corners & 255u], b = e->vertices[corners >> 8 & 255u],
                         c = e->vertices[corners >> 16];
   Simplex s;
@@ -253,7 +253,8 @@ LIB float4 footOnA(const Epa* e, uint corners) {
   s.points[2] = c.point;
   float share[4];
   nearestOnTriangle(&s, 0, 1, 2, share);
-  return xyz(a.onA * share[0] + b.onA * share[1] + c.onA * share[2]);
+  out->onA = xyz(a.onA * share[0] + b.onA * share[1] + c.onA * share[2]);
+  out->onB = xyz(out->onA + a.point * share[0] + b.point * share[1] + c.point * share[2]);
 }
 
 LIB void wayOutAlong(CorePair pair, Hulls hulls, float4 axis, REF(ClosestFeatures) out) {
@@ -278,7 +279,7 @@ LIB ClosestFeatures shortestCurvedWayOut(CorePair pair, Hulls hulls) {
   const float slack = fmax(EPA_ACCURACY * smaller, EPA_ROUNDING * pair.size);
   int best = nearestEpaFace(&e);
   float4 plane = e.planes[best], shortest = plane;
-  out.onA = footOnA(&e, e.corners[best]);
+  footOnFace(&e, e.corners[best], &out);
   // How far the difference reaches along the best normal so far: no way out that was looked at is shorter.
   float reach = BTGPU_LARGE;
   for (int n = 0; n < EPA_VERTICES; ++n) {
@@ -291,13 +292,12 @@ LIB ClosestFeatures shortestCurvedWayOut(CorePair pair, Hulls hulls) {
     if (!(along - plane.w > slack) || !growEpa(&e, p, best, EPA_ROUNDING * pair.size)) break;
     best = nearestEpaFace(&e);
     plane = e.planes[best];
-    out.onA = footOnA(&e, e.corners[best]);
+    footOnFace(&e, e.corners[best], &out);
     if (plane.w >= reach - slack) break;
   }
   // The difference B - A reaches past the origin along the face's normal: A leaves there, and B the other way.
   out.normal = withW(-xyz(shortest), -reach);
   preferFlat(pair, hulls, FLAT_BEATS_CURVED * pair.size, &out);
-  out.onB = xyz(out.onA + out.normal * out.normal.w);
   return out;
 }
 

@@ -16,7 +16,8 @@ LIB void offerCurved(REF(PointPicker) picker, Core core, Hulls hulls, float4 nor
     // Of each sphere.
     const float4 stretch = hulls.vertices[core.firstVertex + core.vertexCount];
     const float4 stretched = scale3(stretch, normal);
-    const float4 outward = scale3(stretch, stretched) / length3(stretched);
+    const float size = length3(stretched);
+    const float4 outward = size > 0.0f ? scale3(stretch, stretched) / size : stretched;
     for (int i = 0; i < core.vertexCount; ++i) {
       const float4 sphere = hulls.vertices[core.firstVertex + i];
       const float4 point = xyz(sphere) - outward * sphere.w;

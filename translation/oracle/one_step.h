@@ -126,6 +126,7 @@ class OneStepCheck {
   Check ofShare(const char* name, const Measure& m) const;
   void compareContacts();
   void comparePair(const Manifold& ours, const btPersistentManifold* stock);
+  bool isBetter(const Manifold& m, const ContactPoint& ours, const btManifoldPoint& stock, double size) const;
   void compareSolver();
   void compareVelocities(const std::vector<Velocity>& stock);
   void compareJoints(const std::vector<Velocity>& stock);
