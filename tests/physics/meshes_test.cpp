@@ -424,11 +424,11 @@ TEST(Meshes, AHundredThousandTriangles) {
         o.add(0, meshOf(o, landscape(224, 0.25)), btVector3(0, 0, 0));
         std::vector<btRigidBody*> bodies;
         // One that covers thousands of triangles, so that there is not room enough for them at first.
-        bodies.push_back(o.add(1, o.box(btVector3(10, s(0.5), 10)), btVector3(0, s(0.85), 0)));
-        for (int i = 0; i < 8; ++i) bodies.push_back(o.add(1, o.sphere(s(0.4)), btVector3(s(3 * i - 12), s(0.6), 15)));
+        bodies.push_back(o.add(1, o.box(btVector3(6, s(0.5), 6)), btVector3(0, s(0.85), 0)));
+        for (int i = 0; i < 8; ++i) bodies.push_back(o.add(1, o.sphere(s(0.4)), btVector3(s(3 * i - 12), s(hill(3 * i - 12, 15) + 0.41), 15)));
         return bodies;
       },
-      20, 0.02);
+      10, 0.02);
   for (const Seen& one : seen) EXPECT_TRUE(one.found);
 }
 
