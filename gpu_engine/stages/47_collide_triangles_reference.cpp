@@ -24,7 +24,7 @@ Polytope polytopeOf(const MeshTriangle& t, const Matrix& rotation, Vec position)
 
 // A hit and its two cores.
 struct PlacedHit {
-  const Shape &a, &mesh;
+  double meshMargin;  // SphereTriangleDetector knows of none
   Polytope core, triangle;
   double size;       // of both
   double reach;      // with the distance of their centres
@@ -43,14 +43,14 @@ class HitPlacer {
     const Shape &a = in.shapeOf(p.bodyA), &b = in.shapeOf(p.bodyB);
     const auto [known, isNew] = m_polytopes.try_emplace(in.shapeIndexOf(p.bodyA));
     if (isNew) known->second = btgpu::polytopeOf(a, in.hulls);
-    PlacedHit h{a,
-                b,
+    const double meshMargin = a.type == SHAPE_SPHERE ? 0 : b.margin;
+    PlacedHit h{meshMargin,
                 placed(known->second, rotationOf(in.poses[p.bodyA].orientation), {}),
                 polytopeOf(m_in.meshes.triangles[hit.triangle], rotationOf(in.poses[p.bodyB].orientation),
                            in.bFromA(p)),
                 0,
                 0,
-                double(a.margin) + b.margin,
+                a.margin + meshMargin,
                 in.thresholdOf(p)};
     const MeshTriangle& t = m_in.meshes.triangles[hit.triangle];
     h.size = length(toVec(a.extents)) + length(toVec(a.centre)) + a.margin;
@@ -93,7 +93,7 @@ std::vector<TriangleContacts> collideTrianglesReference(const TriangleInput& in,
     TriangleContacts c{};
     if (found.separation < h.limit()) {
       c.normal = toFloat4(-found.normal, 1);
-      c.points[0] = toFloat4(found.onB - found.normal * h.mesh.margin, found.separation - h.margins);
+      c.points[0] = toFloat4(found.onB - found.normal * h.meshMargin, found.separation - h.margins);
     }
     out.push_back(c);
   }
@@ -134,7 +134,7 @@ void checkTriangleContacts(Contract& contract, const TriangleInput& in, const Tr
       contract.require(d.points[k].w < h.threshold + slack, "a point within the threshold");
       // Of cores that overlap along the triangle's normal the deepest vertex may be beside the triangle.
       if (mayTouch) continue;
-      const Vec at = toVec(d.points[k]) - normal * h.mesh.margin;
+      const Vec at = toVec(d.points[k]) - normal * h.meshMargin;
       Polytope point;
       point.vertices = {at};
       point.edges = {{0, 0}};

@@ -210,7 +210,7 @@ std::vector<Seen> seenBy(btDiscreteDynamicsWorld& world, const std::vector<btRig
 }
 
 // Builds both worlds by build(objects), which returns the bodies to look at, and holds them against each other after
-// `steps` steps. Returns ours.
+// `steps` steps: heights of bodies or, where `heights` is 0, depths of contacts. Returns ours.
 template <typename Build>
 std::vector<Seen> expectAsStock(const Build& build, int steps, double heights) {
   GpuWorld gpu;
@@ -224,6 +224,15 @@ std::vector<Seen> expectAsStock(const Build& build, int steps, double heights) {
   const auto seen = seenBy(gpu.world, ours), expected = seenBy(stock.world, theirs);
   for (size_t i = 0; i < ours.size(); ++i) {
     EXPECT_EQ(seen[i].found, expected[i].found) << "body " << i;
+    if (heights == 0) {
+      if (!seen[i].found || !expected[i].found) continue;
+      // In stock the point of a triangle beside takes the place of one nearer than the breaking threshold, the deepest
+      // too; ours is the deepest, so no less deep and no more than that deeper.
+      const double threshold = 0.02 * double(ours[i]->getCollisionShape()->getAngularMotionDisc());
+      EXPECT_LE(seen[i].distance, expected[i].distance + 1e-4) << "body " << i;
+      EXPECT_GE(seen[i].distance, expected[i].distance - threshold) << "body " << i;
+      continue;
+    }
     EXPECT_NEAR(double(ours[i]->getWorldTransform().getOrigin().y()),
                 double(theirs[i]->getWorldTransform().getOrigin().y()), heights)
         << "body " << i;
@@ -424,11 +433,11 @@ TEST(Meshes, AHundredThousandTriangles) {
         o.add(0, meshOf(o, landscape(224, 0.25)), btVector3(0, 0, 0));
         std::vector<btRigidBody*> bodies;
         // One that covers thousands of triangles, so that there is not room enough for them at first.
-        bodies.push_back(o.add(1, o.box(btVector3(10, s(0.5), 10)), btVector3(0, s(0.85), 0)));
-        for (int i = 0; i < 8; ++i) bodies.push_back(o.add(1, o.sphere(s(0.4)), btVector3(s(3 * i - 12), s(0.6), 15)));
+        bodies.push_back(o.add(1, o.box(btVector3(6, s(0.5), 6)), btVector3(0, s(0.85), 0)));
+        for (int i = 0; i < 8; ++i) bodies.push_back(o.add(1, o.sphere(s(0.4)), btVector3(s(3 * i - 12), s(hill(3 * i - 12, 15) + 0.41), 15)));
         return bodies;
       },
-      20, 0.02);
+      10, 0.02);
   for (const Seen& one : seen) EXPECT_TRUE(one.found);
 }
 
@@ -509,7 +518,7 @@ void expectField(const MakeField& make, int upAxis) {
         }
         return bodies;
       },
-      1, 1e-3);
+      1, 0);
   int found = 0;
   for (const Seen& one : seen) found += one.found;
   EXPECT_GE(found, 12) << "else the test says nothing";

@@ -83,7 +83,9 @@ TEST_F(CullTrianglesTest, TheContractFindsHarm) {
   const PairWorld p = randomMeshPairs(random, 8, 60);
   const TriangleInput in = triangleInputOf(p);
   const TriangleHits right = cullTrianglesReference(in);
-  ASSERT_GT(right.found[1], 2u);
+  size_t rich = 0;
+  while (rich < right.found.size() && right.found[rich] < 2) ++rich;
+  ASSERT_LT(rich, right.found.size());
   const auto holds = [&](const TriangleHits& hits) {
     Contract contract("40_cull_triangles");
     checkTriangleHits(contract, in, hits, static_cast<uint>(hits.hits.size()));
@@ -94,7 +96,7 @@ TEST_F(CullTrianglesTest, TheContractFindsHarm) {
   wrong.hits.pop_back();
   EXPECT_FALSE(holds(wrong));
   wrong = right;
-  std::swap(wrong.hits[right.first[1]], wrong.hits[right.first[1] + 1]);
+  std::swap(wrong.hits[right.first[rich]], wrong.hits[right.first[rich] + 1]);
   EXPECT_FALSE(holds(wrong));
   wrong = right;
   wrong.hits.push_back(wrong.hits.back());
