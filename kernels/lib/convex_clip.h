@@ -105,6 +105,9 @@ LIB void collideConvex(CorePair pair, Hulls hulls, ClosestFeatures c, Matrix3 ra
   pair.b.facing = -mulTransposed(pair.turn, axis);
   const float margins = pair.a.margin + pair.b.margin;
   PointPicker picker = makePicker(axis, threshold + margins, SAME_DEPTH * pair.size, threshold);
+#ifdef BTGPU_TRIANGLE_CORES
+  picker.least = c.normal.w - picker.slack;
+#endif
   int found = 0;
   const int isPoint =
       (!pair.a.isHull && length3(pair.a.extents) == 0.0f) || (!pair.b.isHull && length3(pair.b.extents) == 0.0f);

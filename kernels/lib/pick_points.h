@@ -16,6 +16,9 @@ BTGPU_BEGIN
 STRUCT(PointPicker) {
   int pass, count;
   float limit;    // candidates farther apart are none
+#ifdef BTGPU_TRIANGLE_CORES
+  float least;    // nor are those deeper than this, which are rounding: of a face seen from its side
+#endif
   float slack;    // the first of those equally deep within this stays the deepest one from step to step
   float spacing;  // nearer points, seen along the normal, are one: the manifold would let one replace the other
   float4 normal;
@@ -28,6 +31,9 @@ LIB PointPicker makePicker(float4 normal, float limit, float slack, float spacin
   PointPicker p;
   p.pass = p.count = 0;
   p.limit = limit;
+#ifdef BTGPU_TRIANGLE_CORES
+  p.least = -INFINITY;
+#endif
   p.slack = slack;
   p.spacing = spacing;
   p.normal = xyz(normal);
@@ -47,6 +53,9 @@ LIB void pickPoint(REF(PointPicker) p, int k, float4 point, float score) {
 // Shows one candidate, relative to any point that stays the same.
 LIB void offerPoint(REF(PointPicker) p, float4 point, float distance) {
   if (!(distance < p->limit)) return;
+#ifdef BTGPU_TRIANGLE_CORES
+  if (distance < p->least) return;
+#endif
   const float4 candidate = withW(point, distance);
   if (p->pass == 0) {
     p->count += 1;
