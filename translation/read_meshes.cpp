@@ -18,7 +18,7 @@ BTGPU_TRANSLATION_BEGIN
 namespace {
 
 // Four chains side by side, so that memory is what it waits for.
-std::uint64_t hashOf(Bytes bytes) {
+std::uint64_t hashOf(WatchedBytes bytes) {
   constexpr std::uint64_t kPrime = 0x9e3779b97f4a7c15u;
   std::uint64_t chains[4] = {1, 2, 3, 4};
   const auto mix = [](std::uint64_t& chain, std::uint64_t word) {
@@ -36,9 +36,9 @@ std::uint64_t hashOf(Bytes bytes) {
   return chains[0];
 }
 
-bool same(const std::vector<Bytes>& a, const std::vector<Bytes>& b) {
+bool same(const std::vector<WatchedBytes>& a, const std::vector<WatchedBytes>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](Bytes x, Bytes y) { return x.first == y.first && x.count == y.count; });
+                    [](WatchedBytes x, WatchedBytes y) { return x.first == y.first && x.count == y.count; });
 }
 
 std::size_t sizeOf(PHY_ScalarType type) {
@@ -53,13 +53,13 @@ std::size_t sizeOf(PHY_ScalarType type) {
 }
 
 // All but what a stride leaves out behind the last element.
-Bytes elementsOf(const unsigned char* first, int count, int stride, PHY_ScalarType type) {
+WatchedBytes elementsOf(const unsigned char* first, int count, int stride, PHY_ScalarType type) {
   if (!first || count <= 0) return {nullptr, 0};
   return {first, static_cast<std::size_t>(count - 1) * static_cast<std::size_t>(std::max(0, stride)) + 3 * sizeOf(type)};
 }
 
-std::vector<Bytes> memoryOf(const btStridingMeshInterface& mesh) {
-  std::vector<Bytes> memory;
+std::vector<WatchedBytes> memoryOf(const btStridingMeshInterface& mesh) {
+  std::vector<WatchedBytes> memory;
   for (int part = 0; part < mesh.getNumSubParts(); ++part) {
     const unsigned char *vertices = nullptr, *indices = nullptr;
     int vertexCount = 0, vertexStride = 0, indexStride = 0, faceCount = 0;
@@ -107,12 +107,12 @@ const btVector3 kOne(1, 1, 1);
 
 }  // namespace
 
-bool MemoryWatch::changed(const std::vector<Bytes>& memory) {
+bool MemoryWatch::changed(const std::vector<WatchedBytes>& memory) {
   const bool anew = m_hashes.empty() || !same(memory, m_memory);
   if (anew) {
     m_memory = memory;
     m_blocks.clear();
-    for (const Bytes& bytes : memory) {
+    for (const WatchedBytes& bytes : memory) {
       for (std::size_t at = 0; at < bytes.count; at += kBlock) {
         m_blocks.push_back({bytes.first + at, std::min(kBlock, bytes.count - at)});
       }
@@ -150,7 +150,7 @@ bool MeshReader::Settings::operator==(const Settings& o) const {
 // Where a shape's triangles come from.
 struct MeshReader::Source {
   Settings settings;
-  std::vector<Bytes> memory;
+  std::vector<WatchedBytes> memory;
   const btStridingMeshInterface* mesh = nullptr;
   const btHeightfieldTerrainShape* heights = nullptr;  // one of the two
 };

@@ -12,7 +12,7 @@
 BTGPU_TRANSLATION_BEGIN
 
 // Memory of the application's that a shape was made from.
-struct Bytes {
+struct WatchedBytes {
   const unsigned char* first;
   std::size_t count;
 };
@@ -23,11 +23,11 @@ class MemoryWatch {
  public:
   static constexpr std::size_t kBlock = std::size_t{1} << 16, kAtOnce = std::size_t{4} << 20;
   // True if it is not what it was in the last calls, or is somewhere else.
-  bool changed(const std::vector<Bytes>& memory);
+  bool changed(const std::vector<WatchedBytes>& memory);
 
  private:
-  std::vector<Bytes> m_memory;
-  std::vector<Bytes> m_blocks;
+  std::vector<WatchedBytes> m_memory;
+  std::vector<WatchedBytes> m_blocks;
   std::vector<std::uint64_t> m_hashes;  // by block
   std::size_t m_next = 0;
 };
