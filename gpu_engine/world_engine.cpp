@@ -351,10 +351,10 @@ void WorldEngine::readContacts(StepResults& results) {
   }
   const size_t all = settings.keepContacts ? pairs + hosts : 0;
   results.matchedManifolds.resize(all);
-  results.matchedKeys.resize(results.counters.pairCount);
-  m_queue.read(m_world->keys.buffer(), 0, results.matchedKeys.size() * sizeof(ulong), results.matchedKeys.data(), true);
+  results.matchedKeys.resize(settings.keepContacts ? pairs : 0);
   results.manifolds.resize(all);
   if (all == 0) return;
+  m_queue.read(m_world->keys.buffer(), 0, pairs * sizeof(ulong), results.matchedKeys.data(), true);
   m_queue.read(m_world->matchedManifolds.buffer(), 0, all * sizeof(Manifold), results.matchedManifolds.data(), true);
   m_queue.read(m_world->manifolds.buffer(), 0, all * sizeof(Manifold), results.manifolds.data(), true);
 }

@@ -39,7 +39,8 @@ struct Seen {
 const Solver kSolvers[] = {Solver::Parity, Solver::Fast, Solver::MassSplitting, Solver::TwoLevel};
 
 // Steps a world in an engine of its own, made with the environment as it is.
-std::vector<Seen> stepEngine(WorldInput input, int steps, int substeps, Solver solver = Solver::Parity) {
+std::vector<Seen> stepEngine(WorldInput input, int steps, int substeps, Solver solver = Solver::Parity,
+                             PairFinder finder = PairFinder::Bvh) {
   WorldEngine engine({});
   StepResults results;
   std::vector<Seen> seen;
@@ -47,6 +48,7 @@ std::vector<Seen> stepEngine(WorldInput input, int steps, int substeps, Solver s
     StepSettings settings;
     settings.contacts = true;
     settings.solver = solver;
+    settings.pairFinder = finder;
     settings.substepsToFollow = (steps - 1 - i) % substeps;
     engine.begin(input, settings);
     engine.finish(results);
@@ -126,7 +128,7 @@ class CaptureTest : public DeviceTest {
   // Kernels of the other shape, or of worlds with more bodies; a CPU's contacts are read in place.
   bool notCaptured(const std::string& kernel) {
     if (kernel == "bvhHigh") return true;
-    const std::set<std::string> onlyCpu = {"colourGreedy", "solveInTeam", "substepsInTeam"};
+    const std::set<std::string> onlyCpu = {"colourGreedy", "solveInTeam", "substepsInTeam", "layBoxes"};
     const std::set<std::string> onlyGpu = {"colourRound", "colourRest",     "countColours",  "fillSlots",   "solveColour",
                                            "solveRest",   "gatherContacts", "substepColour", "substepRest", "substepBodies"};
     const auto& foreign = device().shape() == KernelShape::Cpu ? onlyGpu : onlyCpu;
@@ -171,7 +173,19 @@ TEST_F(CaptureTest, EveryStageOfAStep) {
     expectAllIdentical(folder.path());
     captured.merge(stemsIn(folder.path()));
   }
+  {
+    const TemporaryFolder folder;
+    const ScopedVariable what("BTGPU_CAPTURE", "all@2"), where("BTGPU_CAPTURE_FILE", folder.path().string());
+    stepEngine(otherShapesWorld(), 4, 1);
+    expectAllIdentical(folder.path());
+    captured.merge(stemsIn(folder.path()));
+  }
   auto stems = stagesWithKernels();
+  // Launched within another stage: see EveryKernelOfEveryStage.
+  for (const char* within : {"30_find_pairs_brute_force", "30_find_pairs_grid", "30_find_pairs_incremental",
+                             "30_find_pairs_sweep", "30_sort_pairs", "47_pick_touches"}) {
+    EXPECT_EQ(stems.erase(within), 1u) << within;
+  }
   stems.erase("05_follow_substep");  // see SubstepsAhead
   stems.erase("70_solve_joint_substeps");  // launched within 70_solve_substeps: see EveryKernelOfEveryStage
   stems.insert("95_send_contacts");
@@ -182,15 +196,21 @@ TEST_F(CaptureTest, EveryStageOfAStep) {
 // bits. Of a new kernel that none of these worlds launches, this test gives the name.
 TEST_F(CaptureTest, EveryKernelOfEveryStage) {
   std::set<std::string> launched;
-  const auto capture = [&](const WorldInput& input, int substeps, Solver solver = Solver::Parity) {
+  const auto capture = [&](const WorldInput& input, int substeps, Solver solver = Solver::Parity,
+                           PairFinder finder = PairFinder::Bvh) {
     const TemporaryFolder folder;
     const ScopedVariable what("BTGPU_CAPTURE", "all@0,all@2"), where("BTGPU_CAPTURE_FILE", folder.path().string());
-    stepEngine(input, 3, substeps, solver);
+    stepEngine(input, 3, substeps, solver, finder);
     expectAllIdentical(folder.path());
     for (const auto& entry : fs::directory_iterator(folder.path())) addKernels(readCapture(entry.path()), launched);
   };
   for (const Solver solver : kSolvers) capture(mixedWorldWithJoints(JOINT_COLOUR_LIMIT + 2), 1, solver);
   capture(mixedWorld(), 3);
+  capture(otherShapesWorld(), 1);
+  for (const PairFinder finder :
+       {PairFinder::Grid, PairFinder::Sweep, PairFinder::IncrementalSweep, PairFinder::BruteForce}) {
+    capture(mixedWorld(), 1, Solver::Parity, finder);
+  }
   for (const auto& [path, text] : embeddedKernels()) {
     if (path.rfind("kernels/stages/", 0) != 0) continue;
     for (const std::string& kernel : kernelsIn(text)) {

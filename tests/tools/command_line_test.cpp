@@ -266,11 +266,14 @@ TEST(CommandLine, NoDeviceIsNotCompared) {
 TEST(CommandLine, SharesOfTheCpuAreListed) {
   const TemporaryFolder folder;
   const std::string path = folder.file("compound.bullet"), jsonPath = folder.file("result.json");
+  btTriangleMesh triangles;
+  triangles.addTriangle(btVector3(-50, 0, -50), btVector3(-50, 0, 50), btVector3(50, 0, 0));
+  btBvhTriangleMeshShape mesh(&triangles, true);
   btCompoundShape compound;
+  compound.addChildShape(btTransform::getIdentity(), &mesh);
   writeWorld(path, [&](scenes::Objects& o) {
-    o.add(0, const_cast<btStaticPlaneShape*>(o.plane(btVector3(0, 1, 0), 0)), btVector3(0, 0, 0));
-    compound.addChildShape(btTransform::getIdentity(), o.box(btVector3(1, 1, 1)));
-    o.add(1, &compound, btVector3(0, 1, 0));
+    o.add(0, &compound, btVector3(0, 0, 0));
+    o.add(1, o.box(btVector3(1, 1, 1)), btVector3(0, 1, 0));
     o.add(1, o.sphere(1), btVector3(5, 1, 0));
   });
   const Finished run = tool({"compare", path, "--steps", "30", "--json", jsonPath});

@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <set>
 #include <string>
 
 #include "translation/convert.h"
@@ -133,10 +134,12 @@ class ReaderWorld {
     for (const auto& entry : missing.entries()) text += entry.what + ": " + entry.reason + "\n";
     return text;
   }
-  // Names of what the host has to collide.
+  // Names of what the host has to collide, in order: a compound is read after what it holds.
   std::string hostText() const {
+    std::set<std::string> names;
+    for (const auto& entry : reader.hostShares().entries()) EXPECT_TRUE(names.insert(entry.what + "\n").second);
     std::string text;
-    for (const auto& entry : reader.hostShares().entries()) text += entry.what + "\n";
+    for (const std::string& name : names) text += name;
     return text;
   }
 
