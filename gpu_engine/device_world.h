@@ -43,11 +43,11 @@ struct DeviceWorld {
   DeviceArray<HullEdge> hullEdges{"hull edges"};      // host
 
   // All meshes, likewise (WorldInput::meshes).
-  DeviceArray<Mesh> meshes{"meshes"};                        // host
+  DeviceArray<Mesh> meshes{"meshes"};                         // host
   DeviceArray<MeshTriangle> meshTriangles{"mesh triangles"};  // host
-  DeviceArray<MeshNode> meshNodes{"mesh nodes"};             // host
-  DeviceArray<MeshPart> meshParts{"mesh parts"};             // host
-  uint mostMeshParts = 0;                                    // of one mesh
+  DeviceArray<MeshNode> meshNodes{"mesh nodes"};              // host
+  DeviceArray<MeshPart> meshParts{"mesh parts"};              // host
+  uint mostMeshParts = 0;                                     // of one mesh
 
   // The last step's result, read by the next one. Each has a twin that the running step writes; the two are
   // swapped when the step has succeeded, so a step can be repeated from an untouched state.
@@ -86,9 +86,9 @@ struct DeviceWorld {
   DeviceArray<uint> nearPairs{"convex pairs near each other"};  // stage 44: such positions, ascending
   DeviceArray<uint> nearCount{"count of near convex pairs"};    // 1; stage 44
   // Triangles near the shapes of pairs in BUCKET_MESH. Searches: triangleGroups a pair, side by side.
-  DeviceArray<uint> triangleFound{"triangles found"};              // stage 40, by search: how many
-  DeviceArray<uint> triangleFirst{"triangle starts"};              // stage 40, by search: where they begin
-  DeviceArray<TriangleHit> triangleHits{"triangle hits"};          // stage 40
+  DeviceArray<uint> triangleFound{"triangles found"};                  // stage 40, by search: how many
+  DeviceArray<uint> triangleFirst{"triangle starts"};                  // stage 40, by search: where they begin
+  DeviceArray<TriangleHit> triangleHits{"triangle hits"};              // stage 40
   DeviceArray<TriangleContacts> triangleTouches{"triangle contacts"};  // stage 47, by hit
   uint triangleGroups = 1;
   // One a pair, then those of the host: manifoldCount in all, if there are any of the host.

@@ -78,9 +78,9 @@ inline bool operator==(const StepSettings& a, const StepSettings& b) {
                     s.restitutionVelocityThreshold, s.maxGyroscopicForce, s.warmStarting, s.twoFrictionDirections,
                     s.frictionDirectionCaching, s.velocityDependentFriction, s.interleaveContactAndFriction,
                     s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
-                    s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts, s.pairFinder,
-                    s.solver, s.groupSplit, s.batchLaunches, s.substeps, s.contactHertz, s.contactDampingRatio,
-                    s.pushSpeed, s.jointHertz, s.jointDampingRatio, s.substepsToFollow);
+                    s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts,
+                    s.pairFinder, s.solver, s.groupSplit, s.batchLaunches, s.substeps, s.contactHertz,
+                    s.contactDampingRatio, s.pushSpeed, s.jointHertz, s.jointDampingRatio, s.substepsToFollow);
   };
   return all(a) == all(b);
 }

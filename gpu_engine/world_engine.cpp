@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "slots.h"
 #include "debug/recorders.h"
 #include "opencl/error.h"
+#include "slots.h"
 #include "step_params.h"
 
 namespace btgpu {

@@ -27,7 +27,8 @@ struct Tracked {
 struct HullArrays {
   std::vector<float4> vertices;
   std::vector<HullFace> faces;
-  std::vector<uint> corners;  // of the faces: vertices in turn, anticlockwise from outside, counted from the hull's first
+  std::vector<uint>
+      corners;  // of the faces: vertices in turn, anticlockwise from outside, counted from the hull's first
   std::vector<HullEdge> edges;
   bool changed = false;  // since the last step
 };
@@ -83,18 +84,25 @@ struct WorldInput {
   double regionOrigin[3] = {0, 0, 0};
 
   // Manifolds to start from, when the last step ran elsewhere (on the stock CPU path): replaces the device's own.
-  // Sorted by (lower, higher) slot; A and B in manifold order. Their bodies are slots: of a compound the one of the shape
-  // that touches.
+  // Sorted by (lower, higher) slot; A and B in manifold order. Their bodies are slots: of a compound the one of the
+  // shape that touches.
   bool replaceManifolds = false;
   std::vector<Manifold> manifolds;
 
   // Of a WorldInput or a const one.
   template <typename Input>
   static auto changeLists(Input& in) {
-    return std::array{
-        &in.infos.changed,     &in.poses.changed,    &in.velocities.changed,  &in.forces.changed, &in.masses.changed,
-        &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed,
-        &in.childPoses.changed,  &in.born};
+    return std::array{&in.infos.changed,
+                      &in.poses.changed,
+                      &in.velocities.changed,
+                      &in.forces.changed,
+                      &in.masses.changed,
+                      &in.materials.changed,
+                      &in.dampings.changed,
+                      &in.activations.changed,
+                      &in.shapes.changed,
+                      &in.childPoses.changed,
+                      &in.born};
   }
 
   // False if anything of the bodies, shapes, hulls and meshes changed since the last step.

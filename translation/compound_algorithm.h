@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// As DeviceContactAlgorithm (contact_algorithm.h), of a pair in which a compound takes part: any number of manifolds, one
-// for each two shapes that touch, known by the key of their slots.
+// As DeviceContactAlgorithm (contact_algorithm.h), of a pair in which a compound takes part: any number of manifolds,
+// one for each two shapes that touch, known by the key of their slots.
 #pragma once
 
 #include "contact_algorithm.h"
@@ -52,8 +52,9 @@ class DeviceCompoundAlgorithm : public btCollisionAlgorithm {
 // The index of the shape in its compound, of the slot that belongs to `body`; -1 if the body is no compound.
 int childIndexOf(const WorldReader& reader, ulong key, std::uint32_t body);
 
-// Key of the slots of a manifold that Bullet made for two bodies: those of the shapes that its points name, where a body is
-// a compound. False if they name none, or several of a nested compound.
-bool slotsOfManifold(const WorldReader& reader, const btPersistentManifold& manifold, std::uint32_t& a, std::uint32_t& b);
+// Key of the slots of a manifold that Bullet made for two bodies: those of the shapes that its points name, where a
+// body is a compound. False if they name none, or several of a nested compound.
+bool slotsOfManifold(const WorldReader& reader, const btPersistentManifold& manifold, std::uint32_t& a,
+                     std::uint32_t& b);
 
 BTGPU_TRANSLATION_END

@@ -271,8 +271,8 @@ btBroadphasePair* pairOf(btDiscreteDynamicsWorld& world, const btPersistentManif
 
 }  // namespace
 
-// Of two shapes of compounds the manifold goes when they part, as in stock: their bodies may stay together for ever, and
-// touch with ever other shapes.
+// Of two shapes of compounds the manifold goes when they part, as in stock: their bodies may stay together for ever,
+// and touch with ever other shapes.
 void ContactWriter::removeParted(btDiscreteDynamicsWorld& world, bool dropPairs) {
   if (!dropPairs && !m_compounds) return;
   for (const Entry& entry : m_entries) {

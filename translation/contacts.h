@@ -30,8 +30,8 @@ void writeManifold(const Manifold& from, btPersistentManifold& manifold);
 void nameChildren(const WorldReader& reader, ulong key, std::uint32_t bodyA, std::uint32_t bodyB,
                   btPersistentManifold& manifold);
 
-// Puts the device's manifolds (of slots: Engine::readManifolds) into the dispatcher, each into the algorithm of its pair, which is created if need be.
-// The host's broadphase must be current: pairs that it does not have are left out.
+// Puts the device's manifolds (of slots: Engine::readManifolds) into the dispatcher, each into the algorithm of its
+// pair, which is created if need be. The host's broadphase must be current: pairs that it does not have are left out.
 void writeManifolds(const std::vector<Manifold>& manifolds, const WorldReader& reader, btCollisionWorld& world);
 
 // The manifold of a pair of objects, created with its algorithm if there is none; null if they don't collide.

@@ -92,9 +92,8 @@ class Builder {
       const std::size_t axis = widestAxis(first, last), middle = first + (last - first) / 2;
       const auto at = [&](std::size_t i) { return m_order.begin() + static_cast<std::ptrdiff_t>(i); };
       const auto centre = [&](uint i) { return m_boxes[i].lower[axis] + m_boxes[i].upper[axis]; };
-      std::nth_element(at(first), at(middle), at(last), [&](uint a, uint b) {
-        return std::make_pair(centre(a), a) < std::make_pair(centre(b), b);
-      });
+      std::nth_element(at(first), at(middle), at(last),
+                       [&](uint a, uint b) { return std::make_pair(centre(a), a) < std::make_pair(centre(b), b); });
       add(first, middle, inPart || beginsPart);
       add(middle, last, inPart || beginsPart);
       m_tree.nodes[node].link = -static_cast<int>(m_tree.nodes.size() - node);

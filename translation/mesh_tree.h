@@ -10,7 +10,7 @@
 namespace btgpu {
 
 struct MeshTree {
-  Mesh mesh;  // places counted from this mesh's first
+  Mesh mesh;                            // places counted from this mesh's first
   std::vector<MeshTriangle> triangles;  // in the order of the leaves
   std::vector<MeshNode> nodes;
   std::vector<MeshPart> parts;

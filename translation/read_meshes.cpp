@@ -43,19 +43,25 @@ bool same(const std::vector<WatchedBytes>& a, const std::vector<WatchedBytes>& b
 
 std::size_t sizeOf(PHY_ScalarType type) {
   switch (type) {
-    case PHY_DOUBLE: return 8;
+    case PHY_DOUBLE:
+      return 8;
     case PHY_FLOAT:
-    case PHY_INTEGER: return 4;
-    case PHY_SHORT: return 2;
-    case PHY_UCHAR: return 1;
-    default: return 0;
+    case PHY_INTEGER:
+      return 4;
+    case PHY_SHORT:
+      return 2;
+    case PHY_UCHAR:
+      return 1;
+    default:
+      return 0;
   }
 }
 
 // All but what a stride leaves out behind the last element.
 WatchedBytes elementsOf(const unsigned char* first, int count, int stride, PHY_ScalarType type) {
   if (!first || count <= 0) return {nullptr, 0};
-  return {first, static_cast<std::size_t>(count - 1) * static_cast<std::size_t>(std::max(0, stride)) + 3 * sizeOf(type)};
+  return {first,
+          static_cast<std::size_t>(count - 1) * static_cast<std::size_t>(std::max(0, stride)) + 3 * sizeOf(type)};
 }
 
 std::vector<WatchedBytes> memoryOf(const btStridingMeshInterface& mesh) {
@@ -96,8 +102,12 @@ class Collector : public btTriangleCallback, public btInternalTriangleIndexCallb
 
  private:
   void add(const btVector3* corners, int part, int index) {
-    const MeshTriangle t = {toFloat4(corners[0] * m_scaling), toFloat4(corners[1] * m_scaling),
-                            toFloat4(corners[2] * m_scaling), part, index, {0, 0}};
+    const MeshTriangle t = {toFloat4(corners[0] * m_scaling),
+                            toFloat4(corners[1] * m_scaling),
+                            toFloat4(corners[2] * m_scaling),
+                            part,
+                            index,
+                            {0, 0}};
     if (isFinite(t.a) && isFinite(t.b) && isFinite(t.c)) triangles.push_back(t);
   }
   btVector3 m_scaling;
@@ -144,7 +154,8 @@ bool MemoryWatch::changed(const std::vector<WatchedBytes>& memory) {
 
 bool MeshReader::Settings::operator==(const Settings& o) const {
   return from == o.from && std::memcmp(&scaling, &o.scaling, 3 * sizeof(btScalar)) == 0 &&
-         std::memcmp(&inner, &o.inner, 3 * sizeof(btScalar)) == 0 && std::memcmp(numbers, o.numbers, sizeof numbers) == 0;
+         std::memcmp(&inner, &o.inner, 3 * sizeof(btScalar)) == 0 &&
+         std::memcmp(numbers, o.numbers, sizeof numbers) == 0;
 }
 
 // Where a shape's triangles come from.
@@ -162,8 +173,14 @@ bool MeshReader::open(const btCollisionShape& shape, Source& s) {
     const int width = h.*Heights::width(), length = h.*Heights::length(), type = h.*Heights::type();
     s.settings.from = h.getHeightfieldRawData();
     s.settings.scaling = h.getLocalScaling();
-    const int numbers[] = {width, length, type, h.*Heights::flipped(), h.*Heights::diamonds(), h.*Heights::zigzag(),
-                           h.*Heights::winding(), h.getUpAxis()};
+    const int numbers[] = {width,
+                           length,
+                           type,
+                           h.*Heights::flipped(),
+                           h.*Heights::diamonds(),
+                           h.*Heights::zigzag(),
+                           h.*Heights::winding(),
+                           h.getUpAxis()};
     std::copy(std::begin(numbers), std::end(numbers), s.settings.numbers);
     s.memory = {{h.getHeightfieldRawData(), static_cast<std::size_t>(width) * static_cast<std::size_t>(length) *
                                                 sizeOf(static_cast<PHY_ScalarType>(type))}};

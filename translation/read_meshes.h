@@ -32,8 +32,8 @@ class MemoryWatch {
   std::size_t m_next = 0;
 };
 
-// The triangle meshes and height fields in use, each once: Bullet's shapes of triangles as the device has them. They are
-// read again when their scaling, their settings or the memory that they lie in changes.
+// The triangle meshes and height fields in use, each once: Bullet's shapes of triangles as the device has them. They
+// are read again when their scaling, their settings or the memory that they lie in changes.
 class MeshReader {
  public:
   // False if the shape is none of triangles, or too large for the device; `why` says so.

@@ -80,8 +80,8 @@ void QueryReader::read(const btDiscreteDynamicsWorld& world, QueryBounds bounds,
   if (changed) ++m_world.version;
 }
 
-// Of the shapes that the reader knows, those that kernels/lib/closest_points.h knows, too. What the device takes for a hull
-// though Bullet has a class of its own for it may answer otherwise there.
+// Of the shapes that the reader knows, those that kernels/lib/closest_points.h knows, too. What the device takes for a
+// hull though Bullet has a class of its own for it may answer otherwise there.
 bool QueryReader::isConvexOrPlane(const btCollisionShape& from, int shapeIndex) const {
   if (shapeIndex < 0) return false;
   const Shape& shape = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)];

@@ -160,7 +160,8 @@ bool ShapeReader::addLeaves(const btCompoundShape& compound, const btTransform& 
     const btCollisionShape* child = compound.getChildShape(k);
     const btTransform childPose = pose * compound.getChildTransform(k);
     if (isExactly<btCompoundShape>(*child)) {
-      if (!addLeaves(static_cast<const btCompoundShape&>(*child), childPose, depth + 1, input, missing, shares, leaves)) {
+      if (!addLeaves(static_cast<const btCompoundShape&>(*child), childPose, depth + 1, input, missing, shares,
+                     leaves)) {
         return false;
       }
       continue;

@@ -75,20 +75,20 @@ class ShapeReader {
                  FallbackList& shares);
   float breakingThreshold(const btCollisionShape& shape) const;
   bool isUnchanged(const btCollisionShape& shape, const Entry& entry, const WorldInput& input) const;
-  // False if the device has no such shape, for a reason in `why` if it is not its kind; one that is not finite comes out
-  // as such.
+  // False if the device has no such shape, for a reason in `why` if it is not its kind; one that is not finite comes
+  // out as such.
   bool convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, Shape& out, const char*& why);
   void convertPoints(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
   void dropHull(std::uint32_t index);
   bool convertCompound(const btCompoundShape& compound, std::uint32_t index, WorldInput& input, FallbackList& missing,
                        FallbackList& shares, Shape& out);
-  bool addLeaves(const btCompoundShape& compound, const btTransform& pose, int depth, WorldInput& input, FallbackList& missing,
-                 FallbackList& shares, std::vector<CompoundLeaf>& leaves);
+  bool addLeaves(const btCompoundShape& compound, const btTransform& pose, int depth, WorldInput& input,
+                 FallbackList& missing, FallbackList& shares, std::vector<CompoundLeaf>& leaves);
 
   std::unordered_map<const btCollisionShape*, Entry> m_entries;
-  std::map<std::uint32_t, Hull> m_hulls;  // by shape index; also spheres
+  std::map<std::uint32_t, Hull> m_hulls;                           // by shape index; also spheres
   std::map<std::uint32_t, std::vector<CompoundLeaf>> m_compounds;  // likewise
-  CorePoints m_core;                      // of the shape that is read
+  CorePoints m_core;                                               // of the shape that is read
   std::uint64_t m_ownAlgorithms = 0;
   MeshReader m_meshes;
   std::size_t m_deadVertices = 0;                 // in the input's array, of hulls that went or changed

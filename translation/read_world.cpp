@@ -289,8 +289,8 @@ void WorldReader::readChildren(std::uint32_t body, const std::vector<CompoundLea
     m_slots[slot].parent = body;
     children.push_back(slot);
   }
-  constexpr uint kShared =
-      BODY_PRESENT | BODY_STATIC | BODY_KINEMATIC | BODY_NO_RESPONSE | BODY_RIGID | BODY_HOST_CONTACTS | BODY_QUARANTINED;
+  constexpr uint kShared = BODY_PRESENT | BODY_STATIC | BODY_KINEMATIC | BODY_NO_RESPONSE | BODY_RIGID |
+                           BODY_HOST_CONTACTS | BODY_QUARANTINED;
   m_input.childPoses.values.resize(m_input.bodyCount, identityPose());
   const BodyInfo parent = m_input.infos.values[body];
   for (std::size_t i = 0; i < leaves.size(); ++i) {
@@ -462,10 +462,9 @@ void WorldReader::readIgnoredPairs(btCollisionObject& object, std::uint32_t slot
 
 void WorldReader::sortChanges() {
   WorldInput& in = m_input;
-  for (auto* list :
-       {&in.infos.changed, &in.poses.changed, &in.velocities.changed, &in.forces.changed, &in.masses.changed,
-        &in.materials.changed, &in.dampings.changed, &in.activations.changed, &in.shapes.changed, &in.childPoses.changed,
-        &in.born}) {
+  for (auto* list : {&in.infos.changed, &in.poses.changed, &in.velocities.changed, &in.forces.changed,
+                     &in.masses.changed, &in.materials.changed, &in.dampings.changed, &in.activations.changed,
+                     &in.shapes.changed, &in.childPoses.changed, &in.born}) {
     // Nearly always they are: objects are mostly in the order of their slots.
     if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());

@@ -132,8 +132,8 @@ class WorldReader {
   std::vector<int> m_orderShapeIndices;                // likewise; -1
   bool m_shapesKnown = false;                          // these two are those of the last read
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> m_children;  // by slot of a body with a compound
-  std::vector<Changes> m_changes;                      // by chunk
-  std::vector<Bounds> m_bounds;                        // likewise
+  std::vector<Changes> m_changes;                                            // by chunk
+  std::vector<Bounds> m_bounds;                                              // likewise
   ShapeReader m_shapes;
   WorldInput m_input;
   std::uint32_t m_step = 0;

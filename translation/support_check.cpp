@@ -54,10 +54,16 @@ bool mayChangeBodies(const btOverlappingPairCallback* callback) {
   return callback && !isExactly<btGhostPairCallback>(*callback);
 }
 
-constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, STATIC_PLANE_PROXYTYPE,
-                               CAPSULE_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE,
-                               TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
-                               MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE};
+constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE,
+                               BOX_SHAPE_PROXYTYPE,
+                               STATIC_PLANE_PROXYTYPE,
+                               CAPSULE_SHAPE_PROXYTYPE,
+                               CONVEX_HULL_SHAPE_PROXYTYPE,
+                               COMPOUND_SHAPE_PROXYTYPE,
+                               TRIANGLE_MESH_SHAPE_PROXYTYPE,
+                               SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
+                               MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE,
+                               TERRAIN_SHAPE_PROXYTYPE};
 
 // Convex shapes that stock knows no special algorithm for. Where the application does (as Bullet's 2D demo), those of
 // the type are on the host.

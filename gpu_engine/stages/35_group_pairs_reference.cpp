@@ -62,7 +62,8 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
     const bool known = old != oldKeys.end() && !born[a] && !born[b];
     const bool carried = !isActive(activations[a].state) && !isActive(activations[b].state);
     // btBroadphasePair orders by proxy id; btConvexPlaneCollisionAlgorithm makes its manifold with the plane
-    // last, btConvexConcaveCollisionAlgorithm with the mesh; btCompoundCollisionAlgorithm makes the compound the first, btCompoundCompoundCollisionAlgorithm opens both.
+    // last, btConvexConcaveCollisionAlgorithm with the mesh; btCompoundCollisionAlgorithm makes the compound the first,
+    // btCompoundCompoundCollisionAlgorithm opens both.
     const bool childA = infos[a].flags & BODY_CHILD, childB = infos[b].flags & BODY_CHILD;
     const int depthA = infos[a].depth, depthB = infos[b].depth;
     if (depthA == depthB ? infos[b].uniqueId < infos[a].uniqueId : depthB > depthA) std::swap(a, b);

@@ -33,8 +33,7 @@ class HostCollideTriangles : public HostStage {
   void check(StageIo& io, Contract& contract) override {
     const auto touches = io.read(io.world.triangleTouches, m_hits.hits.size());
     checkTriangleContacts(contract, m_in, m_hits, touches);
-    checkPickedTouches(contract, m_in, m_hits, touches, m_before,
-                       io.read(io.world.contacts, m_in.arrays.pairs.size()));
+    checkPickedTouches(contract, m_in, m_hits, touches, m_before, io.read(io.world.contacts, m_in.arrays.pairs.size()));
   }
 
  private:

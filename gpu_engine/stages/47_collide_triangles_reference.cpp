@@ -26,8 +26,8 @@ Polytope polytopeOf(const MeshTriangle& t, const Matrix& rotation, Vec position)
 struct PlacedHit {
   double meshMargin;  // SphereTriangleDetector knows of none
   Polytope core, triangle;
-  double size;       // of both
-  double reach;      // with the distance of their centres
+  double size;   // of both
+  double reach;  // with the distance of their centres
   double margins, threshold;
   double limit() const { return margins + threshold; }
 };
@@ -44,14 +44,14 @@ class HitPlacer {
     const auto [known, isNew] = m_polytopes.try_emplace(in.shapeIndexOf(p.bodyA));
     if (isNew) known->second = btgpu::polytopeOf(a, in.hulls);
     const double meshMargin = a.type == SHAPE_SPHERE ? 0 : b.margin;
-    PlacedHit h{meshMargin,
-                placed(known->second, rotationOf(in.poses[p.bodyA].orientation), {}),
-                polytopeOf(m_in.meshes.triangles[hit.triangle], rotationOf(in.poses[p.bodyB].orientation),
-                           in.bFromA(p)),
-                0,
-                0,
-                a.margin + meshMargin,
-                in.thresholdOf(p)};
+    PlacedHit h{
+        meshMargin,
+        placed(known->second, rotationOf(in.poses[p.bodyA].orientation), {}),
+        polytopeOf(m_in.meshes.triangles[hit.triangle], rotationOf(in.poses[p.bodyB].orientation), in.bFromA(p)),
+        0,
+        0,
+        a.margin + meshMargin,
+        in.thresholdOf(p)};
     const MeshTriangle& t = m_in.meshes.triangles[hit.triangle];
     h.size = length(toVec(a.extents)) + length(toVec(a.centre)) + a.margin;
     const auto side = [](float4 from, float4 to) { return length(toVec(to) - toVec(from)); };
@@ -78,9 +78,9 @@ ClosestCores closestOf(const PlacedHit& h) {
   return found;
 }
 
-constexpr double kSlack = 1.2e-5;    // CORES_TOUCH and FACE_AS_GOOD of the kernel, and what float makes of it
-constexpr double kRounding = 4e-7;   // of a sum of a few vertices
-constexpr double kArcSlack = 1e-4;   // ARC_SLACK of the kernel
+constexpr double kSlack = 1.2e-5;   // CORES_TOUCH and FACE_AS_GOOD of the kernel, and what float makes of it
+constexpr double kRounding = 4e-7;  // of a sum of a few vertices
+constexpr double kArcSlack = 1e-4;  // ARC_SLACK of the kernel
 
 }  // namespace
 

@@ -252,7 +252,8 @@ Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   const Pair& pair = in.arrays.pairs[i];
   const uint bodyA = in.arrays.ownerOf(pair.bodyA), bodyB = in.arrays.ownerOf(pair.bodyB);
   const Body a = bodyOf(in, bodyA), b = bodyOf(in, bodyB);
-  Manifold m = pair.oldManifold == NO_INDEX ? newManifold(bodyA, bodyB, a, b) : in.arrays.oldManifolds[pair.oldManifold];
+  Manifold m =
+      pair.oldManifold == NO_INDEX ? newManifold(bodyA, bodyB, a, b) : in.arrays.oldManifolds[pair.oldManifold];
   m.bucket = pair.bucket;
   if (!in.unseen) {
     m.unseen = 0;

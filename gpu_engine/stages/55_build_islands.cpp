@@ -31,8 +31,8 @@ void BuildIslands::enqueue(Queue& queue, DeviceWorld& world) {
   m_chunkSums.resize(queue, chunks.groups());
   m_init.launch(queue, bodyGrid, bodies, world.counters, world.infos, world.stepActivations, world.steps, m_kinds,
                 m_parents, world.islandFlags, m_wake, world.solved);
-  m_unite.launch(queue, pairGrid, pairs, world.counters, world.params, world.pairs, world.manifolds, world.infos, m_kinds,
-                 m_parents, m_wake);
+  m_unite.launch(queue, pairGrid, pairs, world.counters, world.params, world.pairs, world.manifolds, world.infos,
+                 m_kinds, m_parents, m_wake);
   const Grid jointGrid = queue.device().grid(world.jointCount);
   if (world.jointCount > 0) {
     m_uniteJoints.launch(queue, jointGrid, world.jointCount, world.counters, world.joints, m_parents);

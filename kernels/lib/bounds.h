@@ -80,8 +80,9 @@ LIB int isCollidable(BodyInfo body) {
 LIB uint ownerOf(BodyInfo info, uint slot) { return info.flags & BODY_CHILD ? info.parent : slot; }
 
 // Bullet's broadphase filter. Of compounds it is the shapes that meet others, but not each other. As a whole a compound
-// that moves meets only what else moves: in Bullet bodies whose AABBs overlap are of one island. Two bodies that cannot move are let through as well when the filters say so:
-// that is what stock does, and the narrowphase sorts them out.
+// that moves meets only what else moves: in Bullet bodies whose AABBs overlap are of one island. Two
+// bodies that cannot move are let through as well when the filters say so: that is what stock does, and the narrowphase
+// sorts them out.
 LIB int filtersMatch(BodyInfo a, BodyInfo b) {
   const uint either = a.flags | b.flags;
   if ((a.flags & b.flags & BODY_CHILD) && a.parent == b.parent) return 0;

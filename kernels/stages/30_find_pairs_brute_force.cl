@@ -38,8 +38,9 @@ static inline void tilePairs(CHECKS PairAppender* to, uint bodyCount, uint row, 
 
 // By all lanes. Empties a group's append buffer if it holds more than `most`; no barrier depends on that. Always inline:
 // PoCL 3 loses track of local variables whose address is the same constant in every call of a function.
-static inline __attribute__((always_inline)) void flushLocal(__local ulong* found, __local uint* foundCount, __local uint* first, uint most,
-                              uint capacity, volatile __global uint* listed, __global ulong* list) {
+static inline __attribute__((always_inline)) void flushLocal(
+    __local ulong* found, __local uint* foundCount, __local uint* first, uint most, uint capacity,
+    volatile __global uint* listed, __global ulong* list) {
   const uint lane = get_local_id(0);
   barrier(CLK_LOCAL_MEM_FENCE);
   const uint count = *foundCount > most ? *foundCount : 0;

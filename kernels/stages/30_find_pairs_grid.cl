@@ -15,7 +15,8 @@
 
 // ---- how large a cell is -------------------------------------------------------------------------------------------
 
-// Class c: the longest side of the AABB, as bits, is less than (c + 1) << CLASS_SHIFT. What takes no part is in the class behind all others.
+// Class c: the longest side of the AABB, as bits, is less than (c + 1) << CLASS_SHIFT. What takes no part is in
+// the class behind all others.
 KERNEL sizeClasses(uint bodyCount, __global const BodyInfo* infos, __global const Aabb* aabbs,
                    __global uint* classes) {
   FOR_EACH(i, bodyCount) {

@@ -20,7 +20,8 @@ std::vector<Scene> joined(std::initializer_list<Family> families) {
 }  // namespace
 
 const std::vector<Scene>& all() {
-  static const std::vector<Scene> scenes = joined({boxScenes, rainScenes, compoundScenes, machineScenes, terrainScenes});
+  static const std::vector<Scene> scenes =
+      joined({boxScenes, rainScenes, compoundScenes, machineScenes, terrainScenes});
   return scenes;
 }
 

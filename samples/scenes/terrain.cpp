@@ -100,8 +100,8 @@ Size layers(int bodies) { return {root(bodies / 4.0, 2), 4, root(bodies / 4.0, 2
 
 std::vector<Scene> terrainScenes() {
   // Bodies come to rest in other hollows than stock's after a while: the mean of N = 128 heights, spread by 0.3 m over
-  // hollows and slopes, differs by 0.3 sqrt(2 / N) = 0.04 m between two right runs, in three of four less than 15 % of a
-  // mean height of 0.3 m.
+  // hollows and slopes, differs by 0.3 sqrt(2 / N) = 0.04 m between two right runs, in three of four less than 15 % of
+  // a mean height of 0.3 m.
   constexpr double kHollows = 0.15;
   return {
       {"mesh",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Compounds on the device, as an application sees them: manifolds, changes of their shapes, the way to the stock path and
-// back.
+// Compounds on the device, as an application sees them: manifolds, changes of their shapes, the way to the stock path
+// and back.
 #include <set>
 
 #include "tests/support/facade_world.h"
@@ -130,10 +130,12 @@ TEST(Compounds, DifferentOnesInOneWorldAndSlotsThatAreUsedAgain) {
   nested->addChildShape(at(0, 0.6, 0), o.sphere(s(0.3)));
   std::vector<btRigidBody*> others;
   for (int round = 0; round < 3; ++round) {
-    for (int i = 0; i < 4; ++i) others.push_back(o.add(1, i % 2 ? nested : w.shape, btVector3(s(3 * i - 4.5), s(1.5), 4)));
+    for (int i = 0; i < 4; ++i)
+      others.push_back(o.add(1, i % 2 ? nested : w.shape, btVector3(s(3 * i - 4.5), s(1.5), 4)));
     w.run(60);
     for (btRigidBody* body : others) {
-      EXPECT_NEAR(double(body->getWorldTransform().getOrigin().y()), body->getCollisionShape() == nested ? 0.6 : 0.4, 0.02);
+      EXPECT_NEAR(double(body->getWorldTransform().getOrigin().y()), body->getCollisionShape() == nested ? 0.6 : 0.4,
+                  0.02);
       w.world.removeRigidBody(body);
     }
     w.run(1);

@@ -73,7 +73,8 @@ TEST(Round, TowerStands) {
   auto* drum = w.objects.template shape<btCylinderShape>(btVector3(s(0.6), s(0.4), s(0.6)));
   std::vector<btRigidBody*> tower;
   for (int i = 0; i < 6; ++i) tower.push_back(w.objects.add(1, drum, btVector3(0, s(0.4 + 0.8 * i), 0)));
-  tower.push_back(w.objects.add(1, w.objects.template shape<btConeShape>(s(0.5), s(0.8)), btVector3(0, s(4.8 + 0.44), 0)));
+  tower.push_back(
+      w.objects.add(1, w.objects.template shape<btConeShape>(s(0.5), s(0.8)), btVector3(0, s(4.8 + 0.44), 0)));
   w.run(400);
   expectAllOnDevice(w.world);
   for (size_t i = 0; i < tower.size(); ++i) {

@@ -129,8 +129,9 @@ class CaptureTest : public DeviceTest {
   bool notCaptured(const std::string& kernel) {
     if (kernel == "bvhHigh") return true;
     const std::set<std::string> onlyCpu = {"colourGreedy", "solveInTeam", "substepsInTeam", "layBoxes"};
-    const std::set<std::string> onlyGpu = {"colourRound", "colourRest",     "countColours",  "fillSlots",   "solveColour",
-                                           "solveRest",   "gatherContacts", "substepColour", "substepRest", "substepBodies"};
+    const std::set<std::string> onlyGpu = {"colourRound", "colourRest",   "countColours",   "fillSlots",
+                                           "solveColour", "solveRest",    "gatherContacts", "substepColour",
+                                           "substepRest", "substepBodies"};
     const auto& foreign = device().shape() == KernelShape::Cpu ? onlyGpu : onlyCpu;
     return foreign.count(kernel) > 0;
   }
@@ -186,7 +187,7 @@ TEST_F(CaptureTest, EveryStageOfAStep) {
                              "30_find_pairs_sweep", "30_sort_pairs", "47_pick_touches"}) {
     EXPECT_EQ(stems.erase(within), 1u) << within;
   }
-  stems.erase("05_follow_substep");  // see SubstepsAhead
+  stems.erase("05_follow_substep");        // see SubstepsAhead
   stems.erase("70_solve_joint_substeps");  // launched within 70_solve_substeps: see EveryKernelOfEveryStage
   stems.insert("95_send_contacts");
   EXPECT_EQ(captured, stems);

@@ -102,10 +102,10 @@ std::vector<Case> randomCases(std::mt19937& random, size_t count, double side, d
   return cases;
 }
 
-#define ADD_FAILURE_AT_CASE(i, ours, stock)                                                                        \
-  std::printf("  case %zu: ours %d %g (%.3f %.3f %.3f), stock %d %g (%.3f %.3f %.3f)\n", i, (ours).found, (ours).distance, \
-              (ours).normal.x(), (ours).normal.y(), (ours).normal.z(), (stock).found, (stock).distance,              \
-              (stock).normal.x(), (stock).normal.y(), (stock).normal.z())
+#define ADD_FAILURE_AT_CASE(i, ours, stock)                                                               \
+  std::printf("  case %zu: ours %d %g (%.3f %.3f %.3f), stock %d %g (%.3f %.3f %.3f)\n", i, (ours).found, \
+              (ours).distance, (ours).normal.x(), (ours).normal.y(), (ours).normal.z(), (stock).found,    \
+              (stock).distance, (stock).normal.x(), (stock).normal.y(), (stock).normal.z())
 
 struct Agreement {
   int compared = 0, missing = 0, depths = 0, normals = 0, ambiguous = 0;
@@ -257,9 +257,10 @@ Corners landscape(int n, double pitch) {
   }
   return corners;
 }
-Corners square(double half) { return {btVector3(s(-half), 0, s(-half)), btVector3(s(-half), 0, s(half)),
-                                      btVector3(s(half), 0, s(-half)),  btVector3(s(half), 0, s(-half)),
-                                      btVector3(s(-half), 0, s(half)),  btVector3(s(half), 0, s(half))}; }
+Corners square(double half) {
+  return {btVector3(s(-half), 0, s(-half)), btVector3(s(-half), 0, s(half)), btVector3(s(half), 0, s(-half)),
+          btVector3(s(half), 0, s(-half)),  btVector3(s(-half), 0, s(half)), btVector3(s(half), 0, s(half))};
+}
 
 std::vector<btRigidBody*> oneOfEach(scenes::Objects& o, const btVector3& at) {
   std::vector<btRigidBody*> bodies;
@@ -434,7 +435,8 @@ TEST(Meshes, AHundredThousandTriangles) {
         std::vector<btRigidBody*> bodies;
         // One that covers thousands of triangles, so that there is not room enough for them at first.
         bodies.push_back(o.add(1, o.box(btVector3(6, s(0.5), 6)), btVector3(0, s(0.85), 0)));
-        for (int i = 0; i < 8; ++i) bodies.push_back(o.add(1, o.sphere(s(0.4)), btVector3(s(3 * i - 12), s(hill(3 * i - 12, 15) + 0.41), 15)));
+        for (int i = 0; i < 8; ++i)
+          bodies.push_back(o.add(1, o.sphere(s(0.4)), btVector3(s(3 * i - 12), s(hill(3 * i - 12, 15) + 0.41), 15)));
         return bodies;
       },
       10, 0.02);
@@ -490,8 +492,8 @@ MakeField fieldOf(double scale) {
   return [scale](scenes::Objects& o, int upAxis) {
     auto* heights = o.keep(std::make_unique<std::vector<T>>(heightsOf<T>(kField, scale)));
     if constexpr (std::is_floating_point_v<T>) {
-      return o.own(std::make_unique<btHeightfieldTerrainShape>(kField, kField, heights->data(), s(0), s(2), upAxis,
-                                                               false));
+      return o.own(
+          std::make_unique<btHeightfieldTerrainShape>(kField, kField, heights->data(), s(0), s(2), upAxis, false));
     } else {
       return o.own(std::make_unique<btHeightfieldTerrainShape>(kField, kField, heights->data(), s(1 / scale), s(0),
                                                                s(2), upAxis, false));
@@ -576,8 +578,8 @@ TEST(Meshes, CornersChangedInPlace) {
     auto* mesh = w.objects.keep(std::make_unique<btTriangleMesh>());
     const Corners c = square(4);
     for (size_t i = 0; i < 6; i += 3) mesh->addTriangle(c[i], c[i + 1], c[i + 2]);
-    auto* shape = w.objects.own(std::make_unique<btBvhTriangleMeshShape>(mesh, true, btVector3(-5, -5, -5),
-                                                                         btVector3(5, 5, 5)));
+    auto* shape =
+        w.objects.own(std::make_unique<btBvhTriangleMeshShape>(mesh, true, btVector3(-5, -5, -5), btVector3(5, 5, 5)));
     w.objects.add(0, shape, btVector3(0, 0, 0));
     const auto bodies = oneOfEach(w.objects, btVector3(0, s(0.6), 0));
     for (btRigidBody* body : bodies) body->setActivationState(DISABLE_DEACTIVATION);

@@ -63,7 +63,8 @@ TEST_F(CollideTrianglesTest, RandomOfAllCounts) {
 // What lies flat on triangles has all corners of the common region.
 TEST_F(CollideTrianglesTest, FaceOnFaceSmall) {
   PairWorld p;
-  const int floor = p.world.mesh({{-2, 0, -2, 0}, {-2, 0, 2, 0}, {2, 0, -2, 0}, {2, 0, -2, 0}, {-2, 0, 2, 0}, {2, 0, 2, 0}});
+  const int floor =
+      p.world.mesh({{-2, 0, -2, 0}, {-2, 0, 2, 0}, {2, 0, -2, 0}, {2, 0, -2, 0}, {-2, 0, 2, 0}, {2, 0, 2, 0}});
   p.add(p.world.box({0.5f, 0.5f, 0.5f, 0}), at(0, 0.49f, 0), floor, at(0, 0, 0));
   p.add(p.world.capsule(0, 0.3f, 0.6f), at(0.2f, 0.29f, -1), floor, at(0, 0, 0));
   const Result r = device(p);

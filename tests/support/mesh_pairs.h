@@ -32,7 +32,8 @@ inline PairWorld randomMeshPairs(std::mt19937& random, size_t count, size_t tria
     if (i % 4 == 1) shape = p.world.box(half);
     if (i % 4 == 2) shape = p.world.capsule(static_cast<int>(random() % 3), half.x / 2, half.y);
     if (i % 4 == 3) shape = p.world.hull(pointsOnEllipsoid(random, 5 + random() % 12, half));
-    p.add(shape, {at + uniform3(random, -2.5f, 2.5f), randomTurn(random)}, meshes[i % 5 == 4], {at, randomTurn(random)});
+    p.add(shape, {at + uniform3(random, -2.5f, 2.5f), randomTurn(random)}, meshes[i % 5 == 4],
+          {at, randomTurn(random)});
     if (i % 3 == 0) p.addOldManifold(uniform(random, 0.005f, 0.05f));
   }
   return p;

@@ -25,8 +25,8 @@ inline WorldInput mixedWorld() {
   return b.finish();
 }
 
-// What else there is of shapes: a mesh of a few triangles and a compound of two balls, a cylinder, a cone, a ball and a box on
-// it and on each other. Body 0 is the mesh, 1 the compound, its balls have the slots 2 and 3.
+// What else there is of shapes: a mesh of a few triangles and a compound of two balls, a cylinder, a cone, a ball and a
+// box on it and on each other. Body 0 is the mesh, 1 the compound, its balls have the slots 2 and 3.
 inline WorldInput otherShapesWorld() {
   WorldBuilder b;
   std::vector<float4> corners;
@@ -37,7 +37,8 @@ inline WorldInput otherShapesWorld() {
     }
   }
   const int mesh = b.mesh(corners), ball = b.sphere(0.4f), box = b.box({0.4f, 0.4f, 0.4f, 0});
-  const int cylinder = b.cylinder(1, 0.36f, 0.36f), cone = b.cone(1, 0.36f, 0.36f), whole = b.compound({0.9f, 0.4f, 0.4f, 0});
+  const int cylinder = b.cylinder(1, 0.36f, 0.36f), cone = b.cone(1, 0.36f, 0.36f),
+            whole = b.compound({0.9f, 0.4f, 0.4f, 0});
   b.add(mesh, {0, 0, 0, 0}, 0);
   b.add(whole, {-1.5f, 0.39f, 0, 0});
   b.addChild(1, ball, {{-0.5f, 0, 0, 0}, kNoTurn});

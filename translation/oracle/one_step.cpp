@@ -195,7 +195,9 @@ bool OneStepCheck::awake(const Manifold& m) const {
 
 namespace {
 
-double depthOf(const Manifold& m) { return m.pointCount > 0 ? -double(m.points[deepestPoint(m)].localPointA.w) : -1e300; }
+double depthOf(const Manifold& m) {
+  return m.pointCount > 0 ? -double(m.points[deepestPoint(m)].localPointA.w) : -1e300;
+}
 double depthOf(const btPersistentManifold* m) {
   return m && m->getNumContacts() > 0 ? -double(deepestPoint(*m).getDistance()) : -1e300;
 }
@@ -226,7 +228,8 @@ void OneStepCheck::compareContacts() {
     if (!awake(m) || m.bucket == BUCKET_HOST || !m_oracle.object(m.bodyA) || !m_oracle.object(m.bodyB)) continue;
     const ulong key = m_step->results.matchedKeys[i];
     const uint low = static_cast<uint>(key >> 32), high = static_cast<uint>(key);
-    PairContacts& pair = pairs[sorted({ownerOf(infos, low), childOf(infos, low), ownerOf(infos, high), childOf(infos, high)})];
+    PairContacts& pair =
+        pairs[sorted({ownerOf(infos, low), childOf(infos, low), ownerOf(infos, high), childOf(infos, high)})];
     if (!pair.ours || depthOf(m) > depthOf(*pair.ours)) pair.ours = &m;
   }
   btDispatcher& dispatcher = *m_oracle.getDispatcher();
@@ -271,8 +274,8 @@ bool isOlder(const btManifoldPoint& deepest, const ContactPoint& ours, const btP
 
 bool same3(const float4& a, const float4& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
-// True if a contact with a mesh is one of the step before, with which stock began too: there another triangle's took its
-// place.
+// True if a contact with a mesh is one of the step before, with which stock began too: there another triangle's took
+// its place.
 bool isKept(const std::vector<Manifold>& cache, const Manifold& ours, const ContactPoint& point) {
   for (const Manifold& m : cache) {
     if (m.bodyA != ours.bodyA || m.bodyB != ours.bodyB) continue;

@@ -142,7 +142,8 @@ void OracleWorld::setState(const std::vector<BodyState>& states, const std::vect
   }
 }
 
-// Stock's algorithms for compounds make a manifold for each two shapes, which only its points name: so they are let run.
+// Stock's algorithms for compounds make a manifold for each two shapes, which only its points name: so they are let
+// run.
 OracleWorld::ShapeManifolds OracleWorld::findShapeManifolds() {
   releaseLoose();
   performDiscreteCollisionDetection();

@@ -71,9 +71,7 @@ struct OracleParts {
 class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
  public:
   OracleWorld() : OracleParts(*this), btDiscreteDynamicsWorld(&dispatcher, &broadphase, &solver, &configuration) {}
-  ~OracleWorld() override {
-    releaseLoose();
-  }
+  ~OracleWorld() override { releaseLoose(); }
 
   // The object of each slot, all in the world; null for a free slot.
   void setObjects(std::vector<btCollisionObject*> bySlot);
@@ -94,8 +92,8 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   // Stock's step up to the contacts.
   void findContacts(btScalar timeStep);
   // Makes `contacts` the dispatcher's contacts, so that the solver works on the very same ones as btgpu's. Those behind
-  // the first `ofPairs` come from the host and may be several a pair, as those of compounds: each gets a manifold of its
-  // own, until the next call.
+  // the first `ofPairs` come from the host and may be several a pair, as those of compounds: each gets a manifold of
+  // its own, until the next call.
   void replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs);
   // The manifold that holds contacts[i] of the last replaceContacts(); null if it has no points.
   const btPersistentManifold* replaced(size_t i) const { return m_replaced[i]; }
