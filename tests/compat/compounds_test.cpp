@@ -145,6 +145,28 @@ TEST(Compounds, DifferentOnesInOneWorldAndSlotsThatAreUsedAgain) {
   expectAllOnDevice(w.world);
 }
 
+// What its shapes touch, by the pairs of the shapes: as a whole it meets nothing that moves.
+template <typename World>
+int wokenByAKinematicOne(TableWorld<World>& w) {
+  w.table->setMassProps(0, btVector3(0, 0, 0));
+  w.world.removeRigidBody(w.table);
+  w.table->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+  w.table->setActivationState(DISABLE_DEACTIVATION);
+  w.world.addRigidBody(w.table);
+  btRigidBody* box = w.objects.add(1, w.leg, btVector3(0, s(1.31), 0));
+  box->forceActivationState(ISLAND_SLEEPING);
+  w.run(2);
+  return box->getActivationState();
+}
+
+TEST(Compounds, AKinematicOneWakesWhatItTouches) {
+  GpuTable gpu(onDevice());
+  StockTable stock;
+  EXPECT_EQ(wokenByAKinematicOne(gpu), wokenByAKinematicOne(stock));
+  EXPECT_EQ(wokenByAKinematicOne(gpu), ACTIVE_TAG);
+  expectAllOnDevice(gpu.world);
+}
+
 TEST(Compounds, OfAShapeThatTheDeviceLacksCollideOnTheHost) {
   GpuTable w(onDevice());
   btStaticPlaneShape plane(btVector3(0, 1, 0), 0);
