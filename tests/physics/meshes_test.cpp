@@ -605,5 +605,60 @@ TEST(Meshes, CornersChangedInPlace) {
   }
 }
 
+// What is round, and compounds, on a flat mesh: they come to rest where stock's do.
+template <typename World>
+struct RoundThings : WorldOf<World> {
+  template <typename... Settings>
+  explicit RoundThings(const Settings&... settings) : WorldOf<World>(settings...) {
+    const auto f = [](double v) { return static_cast<btScalar>(v); };
+    auto& o = this->objects;
+    this->world.setGravity(btVector3(0, -10, 0));
+    for (int x = -6; x < 6; ++x) {
+      for (int z = -2; z < 2; ++z) {
+        const btVector3 a(f(x), 0, f(z)), b(f(x), 0, f(z + 1)), c(f(x + 1), 0, f(z)), d(f(x + 1), 0, f(z + 1));
+        triangles.addTriangle(a, b, c);
+        triangles.addTriangle(c, b, d);
+      }
+    }
+    o.add(0, o.template shape<btBvhTriangleMeshShape>(&triangles, true), btVector3(0, 0, 0));
+    // The middle lies between them, so that there is one way to rest.
+    const btVector3 centres[] = {btVector3(f(-0.3), 0, f(-0.2)), btVector3(f(0.3), 0, f(-0.2)),
+                                 btVector3(0, 0, f(0.3))};
+    const btScalar radii[] = {f(0.3), f(0.3), f(0.25)};
+    auto* table = o.compound();
+    const auto at = [&](double x, double y, double z) {
+      return btTransform(btQuaternion::getIdentity(), btVector3(f(x), f(y), f(z)));
+    };
+    table->addChildShape(at(0, 0.3, 0), o.box(btVector3(f(0.5), f(0.1), f(0.5))));
+    for (const double x : {-0.4, 0.4}) {
+      for (const double z : {-0.4, 0.4}) {
+        table->addChildShape(at(x, 0, z), o.template shape<btCylinderShape>(btVector3(f(0.1), f(0.3), f(0.1))));
+      }
+    }
+    btCollisionShape* shapes[] = {o.template shape<btCylinderShape>(btVector3(f(0.4), f(0.5), f(0.4))),
+                                  o.template shape<btConeShape>(f(0.4), f(0.8)),
+                                  o.template shape<btMultiSphereShape>(centres, radii, 3), table};
+    for (int i = 0; i < 4; ++i) o.add(1, shapes[i], btVector3(f(2.5 * i - 3.7), f(0.6), f(0.1)));
+  }
+  btTriangleMesh triangles;
+};
+
+TEST(Meshes, RoundShapesAndCompoundsRestOnThem) {
+  btGpuSettings settings;
+  settings.m_smallWorld = 0;
+  RoundThings<btGpuDynamicsWorld> gpu(settings);
+  RoundThings<btDiscreteDynamicsWorld> stock;
+  gpu.run(150);
+  stock.run(150);
+  expectAllOnDevice(gpu.world);
+  for (size_t i = 1; i <= 4; ++i) {
+    const btTransform &g = gpu.objects.bodies()[i]->getWorldTransform(),
+                      &s = stock.objects.bodies()[i]->getWorldTransform();
+    EXPECT_NEAR(double(g.getOrigin().y()), double(s.getOrigin().y()), 0.01) << i;
+    EXPECT_GT(double(g.getBasis().getColumn(1).dot(s.getBasis().getColumn(1))), 0.999) << i << ": upright as stock's";
+    EXPECT_LT(double(gpu.objects.bodies()[i]->getLinearVelocity().length()), 0.05) << i;
+  }
+}
+
 }  // namespace
 }  // namespace btgpu::test
