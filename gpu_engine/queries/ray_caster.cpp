@@ -26,7 +26,8 @@ void RayCaster::upload(Queue& queue, const QueryItems& from, Items& to) {
   uploadAll(queue, from.poses, to.poses);
   uploadAll(queue, from.childOf, to.childOf);
   uploadAll(queue, from.aabbs, to.aabbs);
-  to.tree.build(queue, to.treeCount, to.infos, to.aabbs);
+  to.tree.sort(queue, to.treeCount, to.infos, to.aabbs);
+  to.tree.refit(queue, to.treeCount, to.aabbs);
 }
 
 void RayCaster::upload(Queue& queue, const QueryWorld& world) {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "../query_world.h"
-#include "bounds_tree.h"
+#include "../stages/30_bounds_tree.h"
 
 namespace btgpu {
 

@@ -10,7 +10,6 @@ namespace btgpu {
 namespace {
 
 constexpr const char* kFile = "stages/30_find_pairs_grid.cl";
-constexpr const char* kBvhFile = "stages/30_find_pairs.cl";
 constexpr size_t kSizeClasses = 1024;  // SIZE_CLASSES in kFile
 
 // Large bodies meet all others, so that there should be few; and cells should be no larger than needed.
@@ -26,14 +25,13 @@ uint cellBitsFor(size_t bodies) {
 }  // namespace
 
 FindPairsGrid::FindPairsGrid(ComputeDevice& device)
-    : m_sceneBoundsPartial(device, kBvhFile, "sceneBoundsPartial"),
-      m_sceneBoundsFinal(device, kBvhFile, "sceneBoundsFinal"),
-      m_sizeClasses(device, kFile, "sizeClasses"),
+    : m_sizeClasses(device, kFile, "sizeClasses"),
       m_chooseGrid(device, kFile, "chooseGrid"),
       m_gridKeys(device, kFile, "gridKeys"),
       m_gridBoxes(device, kFile, "gridBoxes"),
       m_gridPairs(device, kFile, "gridPairs"),
       m_largePairs(device, kFile, "largePairs"),
+      m_bounds(device),
       m_histogram(device),
       m_sort(device),
       m_fill(device),
@@ -43,18 +41,14 @@ FindPairsGrid::FindPairsGrid(ComputeDevice& device)
 void FindPairsGrid::chooseGrid(Queue& queue, const DeviceWorld& world, uint cellBits) {
   const size_t bodies = world.bodyCount;
   const uint count = static_cast<uint>(bodies);
-  const Grid boundsGrid = queue.device().chunkGrid(bodies);
-  m_partialBounds.resize(queue, boundsGrid.groups());
-  m_scene.resize(queue, 1);
-  m_sceneBoundsPartial.launch(queue, boundsGrid, count, world.infos, world.aabbs, m_partialBounds);
-  m_sceneBoundsFinal.launch(queue, {boundsGrid.local, boundsGrid.local}, static_cast<uint>(boundsGrid.groups()),
-                            m_partialBounds, m_scene);
+  m_bounds.enqueue(queue, bodies, world.infos, world.aabbs);
   m_classes.resize(queue, bodies);
   m_sizeClasses.launch(queue, queue.device().grid(bodies), count, world.infos, world.aabbs, m_classes);
   m_histogram.run(queue, {bodies}, m_classes, kSizeClasses + 1, m_sizes);
   m_frame.resize(queue, 1);
   m_bits.resize(queue, 3);
-  m_chooseGrid.launch(queue, {1, 1}, static_cast<uint>(mostLarge(bodies)), cellBits, m_sizes, m_scene, m_frame, m_bits);
+  m_chooseGrid.launch(queue, {1, 1}, static_cast<uint>(mostLarge(bodies)), cellBits, m_sizes, m_bounds.scene, m_frame,
+                      m_bits);
 }
 
 void FindPairsGrid::sortBodies(Queue& queue, const DeviceWorld& world, uint cellBits) {
