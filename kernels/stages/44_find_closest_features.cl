@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Pairs in which a hull or something curved takes part, and capsules on boxes: where they are closest. Positions count
-// from the first such pair in items[]; the buckets lie side by side. Built twice, with BTGPU_CURVED for the pairs with
-// something curved.
+// from the first such pair in items[]; the buckets lie side by side.
 #include "../lib/convex.h"
+#include "../lib/convex_buckets.h"
 #ifdef BTGPU_CURVED
 #include "../lib/curved.h"
-#define FIRST_BUCKET BUCKET_CURVED
-#define LAST_BUCKET BUCKET_CURVED
 #else
 #include "../lib/convex_sat.h"
-#define FIRST_BUCKET BUCKET_FIRST_CONVEX
-#define LAST_BUCKET BUCKET_HULL_HULL
 #endif
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"

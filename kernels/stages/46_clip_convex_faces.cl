@@ -1,18 +1,10 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
+#include "../lib/convex_buckets.h"
 #include "../lib/convex_clip.h"
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
-
-// Built twice, with BTGPU_CURVED for the pairs with something curved.
-#ifdef BTGPU_CURVED
-#define FIRST_BUCKET BUCKET_CURVED
-#define LAST_BUCKET BUCKET_CURVED
-#else
-#define FIRST_BUCKET BUCKET_FIRST_CONVEX
-#define LAST_BUCKET BUCKET_HULL_HULL
-#endif
 
 // Contact candidates of the convex pairs near each other; nearPairs[] lists their positions among the convex pairs.
 KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* nearCount,
