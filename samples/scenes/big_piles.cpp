@@ -163,7 +163,8 @@ std::vector<Scene> bigPileScenes() {
        {10, 0, Rest::Yes, 0.05, 0.01},
        buildRocks,
        {{21, 24, 21}, 120, cube}},
-      // All bodies tumble on the floor: boxes lose the deepest point as in ragdoll, of 216 bodies in 200 steps 2 % of the
+      // All bodies tumble on the floor: boxes lose the deepest point as in ragdoll, of 216 bodies in 200 steps 2 % of
+      // the
       // pairs. There the lowest corner tells the exact depth; of 229 boxes with other depths btgpu had it in 115 and
       // stock in 101, of 309 hulls btgpu in 272 and stock in 25.
       {"pour",

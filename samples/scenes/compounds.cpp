@@ -6,7 +6,7 @@
 namespace scenes {
 namespace {
 
-btTransform at(double x, double y, double z) {
+btTransform placedAt(double x, double y, double z) {
   return btTransform(btQuaternion::getIdentity(), btVector3(s(x), s(y), s(z)));
 }
 btTransform turned(const btVector3& axis) {
@@ -15,19 +15,19 @@ btTransform turned(const btVector3& axis) {
 
 // Two balls on a bar.
 btCollisionShape* dumbbell(Objects& o) {
-  btCompoundShape* shape = o.compound();
+  btCompoundShape* shape = o.shape<btCompoundShape>();
   btSphereShape* ball = o.sphere(s(0.3));
-  shape->addChildShape(at(0, 0.5, 0), ball);
-  shape->addChildShape(at(0, -0.5, 0), ball);
-  shape->addChildShape(at(0, 0, 0), o.capsule(s(0.1), s(1)));
+  shape->addChildShape(placedAt(0, 0.5, 0), ball);
+  shape->addChildShape(placedAt(0, -0.5, 0), ball);
+  shape->addChildShape(placedAt(0, 0, 0), o.capsule(s(0.1), s(1)));
   return shape;
 }
 
 // Three crossed capsules.
 btCollisionShape* jack(Objects& o) {
-  btCompoundShape* shape = o.compound();
+  btCompoundShape* shape = o.shape<btCompoundShape>();
   btCapsuleShape* bar = o.capsule(s(0.15), s(0.9));
-  shape->addChildShape(at(0, 0, 0), bar);
+  shape->addChildShape(placedAt(0, 0, 0), bar);
   shape->addChildShape(turned(btVector3(1, 0, 0)), bar);
   shape->addChildShape(turned(btVector3(0, 0, 1)), bar);
   return shape;
@@ -35,32 +35,32 @@ btCollisionShape* jack(Objects& o) {
 
 // An L of boxes, around its centre of mass.
 btCollisionShape* angle(Objects& o) {
-  btCompoundShape* shape = o.compound();
-  shape->addChildShape(at(-0.25, 0.25, 0), o.box(btVector3(s(0.2), s(0.6), s(0.3))));
-  shape->addChildShape(at(0.25, -0.25, 0), o.box(btVector3(s(0.3), s(0.2), s(0.3))));
+  btCompoundShape* shape = o.shape<btCompoundShape>();
+  shape->addChildShape(placedAt(-0.25, 0.25, 0), o.box(btVector3(s(0.2), s(0.6), s(0.3))));
+  shape->addChildShape(placedAt(0.25, -0.25, 0), o.box(btVector3(s(0.3), s(0.2), s(0.3))));
   return shape;
 }
 
 // A table: its legs are a compound of their own.
 btCollisionShape* table(Objects& o) {
-  btCompoundShape* legs = o.compound();
+  btCompoundShape* legs = o.shape<btCompoundShape>();
   btBoxShape* leg = o.box(btVector3(s(0.08), s(0.35), s(0.08)));
   for (const double x : {-0.4, 0.4}) {
-    for (const double z : {-0.4, 0.4}) legs->addChildShape(at(x, 0, z), leg);
+    for (const double z : {-0.4, 0.4}) legs->addChildShape(placedAt(x, 0, z), leg);
   }
-  btCompoundShape* shape = o.compound();
-  shape->addChildShape(at(0, 0.2, 0), o.hull(prism(6, 0.6, 0.06)));
-  shape->addChildShape(at(0, -0.2, 0), legs);
+  btCompoundShape* shape = o.shape<btCompoundShape>();
+  shape->addChildShape(placedAt(0, 0.2, 0), o.hull(prism(6, 0.6, 0.06)));
+  shape->addChildShape(placedAt(0, -0.2, 0), legs);
   return shape;
 }
 
 // They fall on stairs, which are one static compound.
 void addStairs(Objects& o, double half) {
-  btCompoundShape* stairs = o.compound();
+  btCompoundShape* stairs = o.shape<btCompoundShape>();
   constexpr int kSteps = 8;
   for (int k = 0; k < kSteps; ++k) {
     const double depth = half / kSteps;
-    stairs->addChildShape(at(0, -0.5 + 0.15 * k, -half + depth * (2 * k + 1)),
+    stairs->addChildShape(placedAt(0, -0.5 + 0.15 * k, -half + depth * (2 * k + 1)),
                           o.box(btVector3(s(half), s(0.5), s(depth))));
   }
   o.add(0, stairs, btVector3(0, 0, 0))->setFriction(s(0.6));
@@ -69,19 +69,11 @@ void addStairs(Objects& o, double half) {
 void buildCompound(Objects& o, Size n) {
   addStairs(o, 2.0 * btMax(n.x, n.z) + 4);
   btCollisionShape* shapes[] = {dumbbell(o), angle(o), table(o), jack(o)};
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> jitter(-0.2, 0.2);
-  for (int y = 0; y < n.y; ++y) {
-    for (int x = 0; x < n.x; ++x) {
-      for (int z = 0; z < n.z; ++z) {
-        const double atX = 2.0 * (x - n.x / 2) + jitter(random), atZ = 2.0 * (z - n.z / 2) + jitter(random);
-        const btTransform place(randomRotation(random), btVector3(s(atX), s(3.0 + 2.0 * y), s(atZ)));
-        btRigidBody* body = o.add(1, shapes[(x + y + z) % 4], place);
-        body->setFriction(s(0.6));
-        body->setRollingFriction(s(0.05));
-      }
-    }
-  }
+  scatter(n, 3.0, [&](std::mt19937&, int number, const btTransform& at) {
+    btRigidBody* body = o.add(1, shapes[number % 4], at);
+    body->setFriction(s(0.6));
+    body->setRollingFriction(s(0.05));
+  });
 }
 
 }  // namespace

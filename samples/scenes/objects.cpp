@@ -33,48 +33,21 @@ Objects::~Objects() {
   }
 }
 
-btBoxShape* Objects::box(const btVector3& halfExtents) {
-  auto shape = std::make_unique<btBoxShape>(halfExtents);
-  btBoxShape* raw = shape.get();
-  m_shapes.push_back(std::move(shape));
-  return raw;
-}
+btBoxShape* Objects::box(const btVector3& halfExtents) { return shape<btBoxShape>(halfExtents); }
 
-btSphereShape* Objects::sphere(btScalar radius) {
-  auto shape = std::make_unique<btSphereShape>(radius);
-  btSphereShape* raw = shape.get();
-  m_shapes.push_back(std::move(shape));
-  return raw;
-}
-
-btCompoundShape* Objects::compound() {
-  auto shape = std::make_unique<btCompoundShape>();
-  btCompoundShape* raw = shape.get();
-  m_shapes.push_back(std::move(shape));
-  return raw;
-}
+btSphereShape* Objects::sphere(btScalar radius) { return shape<btSphereShape>(radius); }
 
 btStaticPlaneShape* Objects::plane(const btVector3& normal, btScalar constant) {
-  auto shape = std::make_unique<btStaticPlaneShape>(normal, constant);
-  btStaticPlaneShape* raw = shape.get();
-  m_shapes.push_back(std::move(shape));
-  return raw;
+  return shape<btStaticPlaneShape>(normal, constant);
 }
 
-btCapsuleShape* Objects::capsule(btScalar radius, btScalar height) {
-  auto shape = std::make_unique<btCapsuleShape>(radius, height);
-  btCapsuleShape* raw = shape.get();
-  m_shapes.push_back(std::move(shape));
-  return raw;
-}
+btCapsuleShape* Objects::capsule(btScalar radius, btScalar height) { return shape<btCapsuleShape>(radius, height); }
 
 btConvexHullShape* Objects::hull(const std::vector<btVector3>& points) {
-  auto shape = std::make_unique<btConvexHullShape>();
-  for (const btVector3& p : points) shape->addPoint(p, false);
-  shape->recalcLocalAabb();
-  btConvexHullShape* raw = shape.get();
-  m_shapes.push_back(std::move(shape));
-  return raw;
+  auto* hull = shape<btConvexHullShape>();
+  for (const btVector3& p : points) hull->addPoint(p, false);
+  hull->recalcLocalAabb();
+  return hull;
 }
 
 btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btTransform& at) {

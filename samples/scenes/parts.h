@@ -26,6 +26,23 @@ btQuaternion randomRotation(std::mt19937& random);
 // Points on an ellipsoid, so that all of them are corners, with the centre of mass at their mean.
 std::vector<btVector3> randomHull(std::mt19937& random, int count, const btVector3& half);
 
+// Calls place(random, x + y + z, pose) for each place of a grid over the ground, the lowest `lift` above it: somewhat
+// off, and turned at random.
+template <typename Place>
+void scatter(Size n, double lift, const Place& place) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> jitter(-0.2, 0.2);
+  for (int y = 0; y < n.y; ++y) {
+    for (int x = 0; x < n.x; ++x) {
+      for (int z = 0; z < n.z; ++z) {
+        const double atX = 2.0 * (x - n.x / 2) + jitter(random), atZ = 2.0 * (z - n.z / 2) + jitter(random);
+        const btQuaternion rotation = randomRotation(random);
+        place(random, x + y + z, btTransform(rotation, btVector3(s(atX), s(lift + 2.0 * y), s(atZ))));
+      }
+    }
+  }
+}
+
 // The whole number whose power `exponent` is nearest to n; at least 1.
 int root(double n, int exponent);
 // The cube that is nearest to n.

@@ -16,22 +16,14 @@ void addRolling(Objects& o, btCollisionShape* shape, const btTransform& at) {
   body->setSpinningFriction(s(0.1));
 }
 
-// Calls make(random, x + y + z) for each place of a grid over a plane.
+// On a plane: make(random, number) for each place of a grid over it.
 template <typename Make>
 void rain(Objects& o, Size n, const Make& make) {
   addPlane(o);
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> jitter(-0.2, 0.2);
-  for (int y = 0; y < n.y; ++y) {
-    for (int x = 0; x < n.x; ++x) {
-      for (int z = 0; z < n.z; ++z) {
-        const double atX = 2.0 * (x - n.x / 2) + jitter(random), atZ = 2.0 * (z - n.z / 2) + jitter(random);
-        const btQuaternion rotation = randomRotation(random);
-        btCollisionShape* shape = make(random, x + y + z);
-        addRolling(o, shape, btTransform(rotation, btVector3(s(atX), s(1.5 + 2.0 * y), s(atZ))));
-      }
-    }
-  }
+  scatter(n, 1.5, [&](std::mt19937& random, int number, const btTransform& at) {
+    btCollisionShape* shape = make(random, number);
+    addRolling(o, shape, at);
+  });
 }
 
 void buildMixed(Objects& o, Size n) {

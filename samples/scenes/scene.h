@@ -35,14 +35,10 @@ class Objects {
   btStaticPlaneShape* plane(const btVector3& normal, btScalar constant);
   btCapsuleShape* capsule(btScalar radius, btScalar height);
   btConvexHullShape* hull(const std::vector<btVector3>& points);
-  btCompoundShape* compound();  // of nothing yet
   // Any other shape.
   template <typename Shape, typename... Args>
   Shape* shape(Args&&... args) {
-    auto made = std::make_unique<Shape>(std::forward<Args>(args)...);
-    Shape* raw = made.get();
-    m_shapes.push_back(std::move(made));
-    return raw;
+    return own(std::make_unique<Shape>(std::forward<Args>(args)...));
   }
   // Takes a shape that a scene made itself; `keep`: what such a shape is made from.
   template <typename S>

@@ -34,7 +34,7 @@ void addMesh(Objects& o, const Landscape& land) {
       mesh->addTriangle(corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1));
     }
   }
-  btRigidBody* ground = o.add(0, o.own(std::make_unique<btBvhTriangleMeshShape>(mesh, true)), btVector3(0, 0, 0));
+  btRigidBody* ground = o.add(0, o.shape<btBvhTriangleMeshShape>(mesh, true), btVector3(0, 0, 0));
   ground->setFriction(s(0.8));
 }
 
