@@ -28,7 +28,7 @@ struct TableWorld : WorldOf<World> {
     auto& o = this->objects;
     this->world.setGravity(btVector3(0, -10, 0));
     ground = o.add(0, o.box(btVector3(10, 1, 10)), btVector3(0, -1, 0));
-    shape = o.compound();
+    shape = o.template shape<btCompoundShape>();
     shape->addChildShape(at(0, 0.45, 0), o.box(btVector3(1, s(0.05), 1)));
     leg = o.box(btVector3(s(0.1), s(0.4), s(0.1)));
     for (const double x : {-0.8, 0.8}) {
@@ -125,7 +125,7 @@ TEST(Compounds, ChangesOfTheirShapesAreNoticed) {
 TEST(Compounds, DifferentOnesInOneWorldAndSlotsThatAreUsedAgain) {
   GpuTable w(onDevice());
   auto& o = w.objects;
-  btCompoundShape* nested = o.compound();
+  btCompoundShape* nested = o.shape<btCompoundShape>();
   nested->addChildShape(at(0, -0.2, 0), w.shape);
   nested->addChildShape(at(0, 0.6, 0), o.sphere(s(0.3)));
   std::vector<btRigidBody*> others;

@@ -21,7 +21,7 @@ using Corners = std::vector<btVector3>;  // three a triangle
 btBvhTriangleMeshShape* meshOf(scenes::Objects& o, const Corners& corners) {
   auto* mesh = o.keep(std::make_unique<btTriangleMesh>());
   for (size_t i = 0; i + 2 < corners.size(); i += 3) mesh->addTriangle(corners[i], corners[i + 1], corners[i + 2]);
-  return o.own(std::make_unique<btBvhTriangleMeshShape>(mesh, true));
+  return o.shape<btBvhTriangleMeshShape>(mesh, true);
 }
 
 btVector3 randomVector(std::mt19937& random, double size) {
@@ -42,17 +42,36 @@ struct Case {
   btTransform pose;  // of the other shape
 };
 
-struct Deepest {
+struct Seen {
   bool found = false;
   double distance = 0;
   btVector3 normal{0, 0, 0};
+  int part = -1, index = -1;
 };
+
+// The deepest contact of each body with what it lies on.
+std::vector<Seen> seenBy(btDiscreteDynamicsWorld& world, const std::vector<btRigidBody*>& bodies) {
+  std::vector<Seen> out(bodies.size());
+  btDispatcher& dispatcher = *world.getDispatcher();
+  for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
+    const auto body = std::find(bodies.begin(), bodies.end(), manifold.getBody0());
+    if (body == bodies.end()) continue;
+    Seen& seen = out[static_cast<size_t>(body - bodies.begin())];
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& p = manifold.getContactPoint(k);
+      if (seen.found && double(p.getDistance()) >= seen.distance) continue;
+      seen = {true, double(p.getDistance()), p.m_normalWorldOnB, p.m_partId1, p.m_index1};
+    }
+  }
+  return out;
+}
 
 using MakeShape = std::function<btCollisionShape*(scenes::Objects&)>;
 
 // One step without gravity of each case, side by side.
 template <typename World>
-std::vector<Deepest> deepestOf(const std::vector<Case>& cases, const MakeShape& make) {
+std::vector<Seen> deepestOf(const std::vector<Case>& cases, const MakeShape& make) {
   WorldOf<World> w;
   w.world.setGravity(btVector3(0, 0, 0));
   btCollisionShape* shape = make(w.objects);
@@ -65,20 +84,7 @@ std::vector<Deepest> deepestOf(const std::vector<Case>& cases, const MakeShape& 
   }
   w.run(1);
   if constexpr (std::is_same_v<World, btGpuDynamicsWorld>) expectAllOnDevice(w.world);
-  std::vector<Deepest> out(cases.size());
-  btDispatcher& dispatcher = *w.world.getDispatcher();
-  for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
-    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
-    const auto body = std::find(bodies.begin(), bodies.end(), manifold.getBody0());
-    if (body == bodies.end()) continue;
-    Deepest& d = out[static_cast<size_t>(body - bodies.begin())];
-    for (int k = 0; k < manifold.getNumContacts(); ++k) {
-      const btManifoldPoint& p = manifold.getContactPoint(k);
-      if (d.found && double(p.getDistance()) >= d.distance) continue;
-      d = {true, double(p.getDistance()), p.m_normalWorldOnB};
-    }
-  }
-  return out;
+  return seenBy(w.world, bodies);
 }
 
 double degreesBetween(const btVector3& a, const btVector3& b) {
@@ -117,7 +123,7 @@ Agreement compareCases(const std::vector<Case>& cases, const MakeShape& make, do
   // Bullet's own answer to a pose that is off by 1e-4.
   constexpr int kJitters = 8;
   std::mt19937 random(7);
-  std::vector<std::vector<Deepest>> jittered;
+  std::vector<std::vector<Seen>> jittered;
   for (int j = 0; j < kJitters; ++j) {
     std::vector<Case> moved = cases;
     for (Case& c : moved) {
@@ -184,31 +190,6 @@ TEST(Meshes, ContactsWithATriangleAreStocks) {
 }
 
 // ---- whole worlds beside stock's
-struct Seen {
-  bool found = false;
-  double distance = 0;
-  btVector3 normal{0, 0, 0};
-  int part = -1, index = -1;
-};
-
-// The deepest contact of each body with what it lies on.
-std::vector<Seen> seenBy(btDiscreteDynamicsWorld& world, const std::vector<btRigidBody*>& bodies) {
-  std::vector<Seen> out(bodies.size());
-  btDispatcher& dispatcher = *world.getDispatcher();
-  for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
-    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
-    const auto body = std::find(bodies.begin(), bodies.end(), manifold.getBody0());
-    if (body == bodies.end()) continue;
-    Seen& seen = out[static_cast<size_t>(body - bodies.begin())];
-    for (int k = 0; k < manifold.getNumContacts(); ++k) {
-      const btManifoldPoint& p = manifold.getContactPoint(k);
-      if (seen.found && double(p.getDistance()) >= seen.distance) continue;
-      seen = {true, double(p.getDistance()), p.m_normalWorldOnB, p.m_partId1, p.m_index1};
-    }
-  }
-  return out;
-}
-
 // Builds both worlds by build(objects), which returns the bodies to look at, and holds them against each other after
 // `steps` steps: heights of bodies or, where `heights` is 0, depths of contacts. Returns ours.
 template <typename Build>
@@ -373,7 +354,7 @@ TEST(Meshes, AllKindsOfIndicesAndCorners) {
         add(parts->ints, sizeof parts->ints[0], PHY_INTEGER, false);
         add(parts->shorts, sizeof parts->shorts[0], PHY_SHORT, true);
         mesh->setScaling(btVector3(1, 1, s(1.5)));
-        o.add(0, o.own(std::make_unique<btBvhTriangleMeshShape>(mesh, true)), btVector3(0, 0, 0));
+        o.add(0, o.shape<btBvhTriangleMeshShape>(mesh, true), btVector3(0, 0, 0));
         auto* chars = o.keep(std::make_unique<btTriangleIndexVertexArray>());
         std::swap(mesh, chars);
         add(parts->chars, sizeof parts->chars[0], PHY_UCHAR, false);
@@ -625,7 +606,7 @@ struct RoundThings : WorldOf<World> {
     const btVector3 centres[] = {btVector3(f(-0.3), 0, f(-0.2)), btVector3(f(0.3), 0, f(-0.2)),
                                  btVector3(0, 0, f(0.3))};
     const btScalar radii[] = {f(0.3), f(0.3), f(0.25)};
-    auto* table = o.compound();
+    auto* table = o.template shape<btCompoundShape>();
     const auto at = [&](double x, double y, double z) {
       return btTransform(btQuaternion::getIdentity(), btVector3(f(x), f(y), f(z)));
     };

@@ -5,82 +5,27 @@
 #include <btBulletCollisionCommon.h>
 
 #include <algorithm>
-#include <limits>
 #include <set>
 
 #include "gpu_engine/stages/30_find_pairs_reference.h"
+#include "tests/support/aabb_world.h"
 #include "tests/support/bullet_convert.h"
-#include "tests/support/device_test.h"
-#include "tests/support/stage_bench.h"
-#include "tests/support/world_builder.h"
 
 namespace btgpu {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-const Aabb kNoAabb = {{kInfinity, kInfinity, kInfinity, 0}, {-kInfinity, -kInfinity, -kInfinity, 0}};
-
-// Bodies with the AABBs that stage 20 would have found.
-struct Boxes {
-  WorldBuilder world;
-  int shape = world.sphere(1);
-  std::vector<Aabb> aabbs;
-
-  uint add(float4 centre, float4 halfExtents, float mass = 1) {
-    aabbs.push_back({centre - halfExtents, centre + halfExtents});
-    return world.add(shape, centre, mass);
-  }
-  uint addFree() {
-    aabbs.push_back(kNoAabb);
-    return world.addFree();
-  }
-};
-
-float4 cube(float halfExtent) { return {halfExtent, halfExtent, halfExtent, 0}; }
-
-// Sizes and positions that give each body a handful of partners, whatever the count.
-Boxes randomBoxes(std::mt19937& random, uint count, float staticShare = 0.2f) {
-  Boxes b;
-  const float extent = 0.8f * std::cbrt(static_cast<float>(count));
-  for (uint i = 0; i < count; ++i) {
-    const float mass = uniform(random, 0, 1) < staticShare ? 0.0f : 1.0f;
-    const float4 centre = uniform3(random, -extent, extent);
-    b.add(centre, uniform3(random, 0.2f, 0.9f), mass);
-  }
-  return b;
-}
-
-struct Found {
-  std::vector<ulong> keys;
-  StepCounters counters;
-};
+float4 cube(float halfExtent) { return AabbWorld::cube(halfExtent); }
 
 class FindPairsTest : public DeviceTest {
  protected:
-  // The pairs found with room for `capacity` of them; fails if anything behind that room is written.
-  Found find(FindPairs& stage, const Boxes& b, size_t capacity) {
-    constexpr size_t kSpare = 64;
-    const WorldInput in = b.world.finish();
-    Capacities room;
-    room.pairs = capacity;
-    StageBench bench(queue(), in, {}, room);
-    DeviceWorld& w = bench.world();
-    bench.write(w.aabbs, b.aabbs);
-    w.keys.resize(queue(), capacity + kSpare);
-    bench.poison(w.keys);
-    bench.poison(w.pairCount);
-    bench.runStage(stage);
-    Found found{bench.read(w.keys, capacity + kSpare), bench.counters()};
-    EXPECT_EQ(bench.read(w.pairCount, 1).front(), found.counters.pairCount);
-    for (size_t k = capacity; k < capacity + kSpare; ++k) EXPECT_TRUE(StageBench::isPoison(found.keys[k])) << k;
-    found.keys.resize(std::min<size_t>(capacity, found.counters.pairCount));
-    return found;
+  FoundPairs find(const AabbWorld& b, size_t capacity) {
+    return findPairs(queue(), b, capacity, [this](Queue& q, DeviceWorld& w) { m_stage.enqueue(q, w); });
   }
 
   // Returns the number of pairs.
-  size_t expectAsReference(const Boxes& b) {
+  size_t expectAsReference(const AabbWorld& b) {
     const auto expected = findPairsReference(b.world.finish().infos.values, b.aabbs);
-    const Found found = find(m_stage, b, expected.size() + 100);
+    const FoundPairs found = find(b, expected.size() + 100);
     EXPECT_EQ(found.counters.overflow, 0u);
     EXPECT_EQ(found.counters.pairCount, expected.size());
     EXPECT_TRUE(found.keys == expected) << found.keys.size() << " pairs instead of " << expected.size();
@@ -92,7 +37,7 @@ class FindPairsTest : public DeviceTest {
 };
 
 TEST_F(FindPairsTest, NoneOneTwo) {
-  Boxes b;
+  AabbWorld b;
   EXPECT_EQ(expectAsReference(b), 0u);
   b.add({}, cube(1));
   EXPECT_EQ(expectAsReference(b), 0u);
@@ -103,7 +48,7 @@ TEST_F(FindPairsTest, NoneOneTwo) {
 TEST_F(FindPairsTest, TouchingCountsAndOneUlpApartDoesNot) {
   for (int axis = 0; axis < 3; ++axis) {
     for (const float gap : {0.0f, 1.0f}) {
-      Boxes b;
+      AabbWorld b;
       b.add({}, cube(1));
       b.add({}, cube(1));
       float* lower = &b.aabbs[1].lower.x + axis;
@@ -117,19 +62,19 @@ TEST_F(FindPairsTest, TouchingCountsAndOneUlpApartDoesNot) {
 
 TEST_F(FindPairsTest, CountsAroundTheTreesArity) {
   std::mt19937 random(1);
-  for (const uint count : {3u, 7u, 8u, 9u, 31u, 33u, 63u}) EXPECT_GT(expectAsReference(randomBoxes(random, count)), 0u);
+  for (const uint count : {3u, 7u, 8u, 9u, 31u, 33u, 63u}) EXPECT_GT(expectAsReference(randomAabbs(random, count)), 0u);
 }
 
 // Oclgrind takes some ten seconds for each world in the GPU shape (nine radix passes), so it gets this one alone.
 TEST_F(FindPairsTest, AllKindsAtOnceSmall) {
   std::mt19937 random(14);
-  Boxes b = randomBoxes(random, 40, 0);
+  AabbWorld b = randomAabbs(random, 40, 0);
   b.aabbs[0] = {{-1e18f, -1e18f, -1e18f, 0}, {1e18f, 1e18f, 1e18f, 0}};  // more pairs than one work item sorts
   b.add({}, cube(1e18f), 0);
   b.addFree();
   const uint quarantined = b.add({}, cube(1));
   b.world.info(quarantined).flags |= BODY_QUARANTINED;
-  b.aabbs[quarantined] = kNoAabb;
+  b.aabbs[quarantined] = AabbWorld::noAabb();
   b.world.info(b.add({}, cube(1))).flags = BODY_PRESENT | BODY_RIGID | BODY_KINEMATIC;
   b.world.info(b.add({}, cube(1))).filterMask = 2;
   EXPECT_GT(expectAsReference(b), 0u);
@@ -139,7 +84,7 @@ TEST_F(FindPairsTest, RandomOfAllCounts) {
   std::mt19937 random(2);
   for (const uint count : {1u, 2u, 7u, 8u, 9u, 64u, 65u, 127u, 128u, 129u, 511u, 512u, 513u, 1000u, 4097u, 100u}) {
     SCOPED_TRACE(count);
-    expectAsReference(randomBoxes(random, count));
+    expectAsReference(randomAabbs(random, count));
   }
 }
 
@@ -148,14 +93,14 @@ TEST_F(FindPairsTest, AnyOrderOfTheBodies) {
   std::mt19937 random(15);
   for (int step = 0; step < 10; ++step) {
     SCOPED_TRACE(step);
-    EXPECT_GT(expectAsReference(randomBoxes(random, 700)), 700u);
+    EXPECT_GT(expectAsReference(randomAabbs(random, 700)), 700u);
   }
 }
 
 // The lower body of very many pairs, which are sorted in several windows over all bodies.
 TEST_F(FindPairsTest, OneMeetsAHundredThousand) {
   constexpr uint kCount = 140000, kWide = 3;
-  Boxes b;
+  AabbWorld b;
   for (uint i = 0; i < kCount; ++i) {
     b.add({4.0f * float(i % 400), 4.0f * float(i * 7 / 400 % 350), 0, 0}, cube(i == kWide ? 1e18f : 0.5f));
   }
@@ -167,20 +112,20 @@ TEST_F(FindPairsTest, OneMeetsAHundredThousand) {
     b.aabbs[i].lower.z += i == kWide ? 0 : 4.0f * float(i / 400);  // nobody else meets anybody
     b.aabbs[i].upper.z += i == kWide ? 0 : 4.0f * float(i / 400);
   }
-  const Found found = find(m_stage, b, expected.size());
+  const FoundPairs found = find(b, expected.size());
   EXPECT_EQ(found.counters.pairCount, expected.size());
   EXPECT_TRUE(found.keys == expected);
 }
 
 TEST_F(FindPairsTest, TwentyThousand) {
   std::mt19937 random(3);
-  EXPECT_GT(expectAsReference(randomBoxes(random, 20000)), 20000u);
+  EXPECT_GT(expectAsReference(randomAabbs(random, 20000)), 20000u);
 }
 
 TEST_F(FindPairsTest, HugeAndTinyMixed) {
   std::mt19937 random(4);
   for (const uint count : {50u, 600u}) {
-    Boxes b;
+    AabbWorld b;
     for (uint i = 0; i < count; ++i) {
       const float4 centre = uniform3(random, -100, 100);
       b.add(centre, cube(std::pow(10.0f, uniform(random, -4, 2))), random() % 5 == 0 ? 0 : 1);
@@ -191,7 +136,7 @@ TEST_F(FindPairsTest, HugeAndTinyMixed) {
 
 TEST_F(FindPairsTest, AllInOneCell) {
   std::mt19937 random(5);
-  Boxes b;
+  AabbWorld b;
   for (int i = 0; i < 150; ++i) b.add(uniform3(random, -1e-6f, 1e-6f), cube(uniform(random, 0, 1e-6f)));
   b.add({1e4f, 1e4f, 1e4f, 0}, cube(1));  // makes the cell of all others tiny
   b.add({-1e4f, -1e4f, -1e4f, 0}, cube(1));
@@ -200,7 +145,7 @@ TEST_F(FindPairsTest, AllInOneCell) {
 
 TEST_F(FindPairsTest, AllOnOneLine) {
   for (int axis = 0; axis < 3; ++axis) {
-    Boxes b;
+    AabbWorld b;
     for (int i = 0; i < 200; ++i) {
       float4 centre{};
       (&centre.x)[axis] = static_cast<float>(i * 7 % 200);
@@ -212,21 +157,21 @@ TEST_F(FindPairsTest, AllOnOneLine) {
 
 TEST_F(FindPairsTest, FewIdentical) {
   for (const uint count : {8u, 40u}) {
-    Boxes b;
+    AabbWorld b;
     for (uint i = 0; i < count; ++i) b.add({3, 4, 5, 0}, cube(1));
     EXPECT_EQ(expectAsReference(b), count * (count - 1) / 2);
   }
 }
 
 TEST_F(FindPairsTest, AllIdentical) {
-  Boxes b;
+  AabbWorld b;
   for (int i = 0; i < 300; ++i) b.add({}, {});
   EXPECT_EQ(expectAsReference(b), 300u * 299u / 2);
 }
 
 TEST_F(FindPairsTest, PlanesMeetEverythingThatMoves) {
   std::mt19937 random(6);
-  Boxes b = randomBoxes(random, 20, 0);
+  AabbWorld b = randomAabbs(random, 20, 0);
   const uint plane = b.add({}, cube(1e18f), 0), other = b.add({}, cube(1e18f), 0);
   b.add({500, 0, 0, 0}, cube(1), 0);  // static: the filters keep it from the planes
   expectAsReference(b);
@@ -236,7 +181,7 @@ TEST_F(FindPairsTest, PlanesMeetEverythingThatMoves) {
 }
 
 TEST_F(FindPairsTest, OnlyPlanes) {
-  Boxes b;
+  AabbWorld b;
   for (int i = 0; i < 3; ++i) b.world.info(b.add({}, cube(1e18f), 0)).filterMask = -1;
   EXPECT_EQ(expectAsReference(b), 3u);
 }
@@ -244,17 +189,17 @@ TEST_F(FindPairsTest, OnlyPlanes) {
 TEST_F(FindPairsTest, StaticsAgainstDynamics) {
   std::mt19937 random(7);
   for (const float share : {0.0f, 0.5f, 0.97f, 1.0f}) {
-    const size_t pairs = expectAsReference(randomBoxes(random, 60, share));
+    const size_t pairs = expectAsReference(randomAabbs(random, 60, share));
     EXPECT_EQ(pairs == 0, share == 1.0f);
   }
-  Boxes b = randomBoxes(random, 60, 1);
+  AabbWorld b = randomAabbs(random, 60, 1);
   for (uint i = 0; i < 60; ++i) b.world.info(i).filterMask = -1;
   EXPECT_GT(expectAsReference(b), 0u);  // two static bodies meet where their filters say so
 }
 
 TEST_F(FindPairsTest, KinematicBodies) {
   std::mt19937 random(8);
-  Boxes b = randomBoxes(random, 50, 0);
+  AabbWorld b = randomAabbs(random, 50, 0);
   for (uint i = 0; i < 50; i += 3) b.world.info(i).flags = BODY_PRESENT | BODY_RIGID | BODY_KINEMATIC;
   EXPECT_GT(expectAsReference(b), 0u);
 }
@@ -264,7 +209,7 @@ TEST_F(FindPairsTest, FiltersNeedBothSides) {
     int group, mask;
   };
   const Filter filters[] = {{1, 2}, {2, 1}, {1, 0}, {2, 0}, {4, 2}, {1 << 31, -1}, {-1, 1 << 31}, {0, -1}};
-  Boxes b;
+  AabbWorld b;
   for (const Filter f : filters) {
     BodyInfo& info = b.world.info(b.add({}, cube(1)));
     info.filterGroup = f.group;
@@ -275,7 +220,7 @@ TEST_F(FindPairsTest, FiltersNeedBothSides) {
 
 TEST_F(FindPairsTest, RandomFilters) {
   std::mt19937 random(9);
-  Boxes b = randomBoxes(random, 700);
+  AabbWorld b = randomAabbs(random, 700);
   for (uint i = 0; i < 700; ++i) {
     b.world.info(i).filterGroup = 1 << random() % 3;
     b.world.info(i).filterMask = static_cast<int>(random() % 8);
@@ -285,7 +230,7 @@ TEST_F(FindPairsTest, RandomFilters) {
 
 TEST_F(FindPairsTest, WhatTakesNoPartIsNeverPaired) {
   std::mt19937 random(10);
-  Boxes b;
+  AabbWorld b;
   for (int i = 0; i < 60; ++i) {
     if (random() % 3 == 0) b.addFree();
     const uint body = b.add(uniform3(random, -2, 2), cube(0.7f));
@@ -293,13 +238,13 @@ TEST_F(FindPairsTest, WhatTakesNoPartIsNeverPaired) {
     if (reason == 0) b.world.info(body).flags |= BODY_QUARANTINED;
     if (reason == 1) b.world.info(body).flags &= ~BODY_PRESENT;
     if (reason == 2) b.world.info(body).shapeIndex = -1;
-    if (reason <= 2) b.aabbs[body] = kNoAabb;  // stage 20 does so
+    if (reason <= 2) b.aabbs[body] = AabbWorld::noAabb();  // stage 20 does so
   }
   b.world.info(b.add({}, cube(1e18f), 0)).filterMask = -1;  // a plane, which meets all there is
   EXPECT_GT(expectAsReference(b), 0u);
   for (uint i = 0; i < b.world.bodyCount(); ++i) {
     b.world.info(i).flags = 0;
-    b.aabbs[i] = kNoAabb;
+    b.aabbs[i] = AabbWorld::noAabb();
   }
   EXPECT_EQ(expectAsReference(b), 0u);
 }
@@ -307,14 +252,14 @@ TEST_F(FindPairsTest, WhatTakesNoPartIsNeverPaired) {
 TEST_F(FindPairsTest, CapacityReachedAndExceeded) {
   std::mt19937 random(11);
   for (const uint count : {20u, 1500u}) {
-    const Boxes b = randomBoxes(random, count);
+    const AabbWorld b = randomAabbs(random, count);
     const auto expected = findPairsReference(b.world.finish().infos.values, b.aabbs);
-    const Found exact = find(m_stage, b, expected.size());
+    const FoundPairs exact = find(b, expected.size());
     EXPECT_EQ(exact.counters.overflow, 0u);
     EXPECT_TRUE(exact.keys == expected);
 
     for (const size_t missing : {size_t{1}, expected.size() / 2, expected.size() - 1}) {
-      const Found tooMany = find(m_stage, b, expected.size() - missing);
+      const FoundPairs tooMany = find(b, expected.size() - missing);
       EXPECT_EQ(tooMany.counters.overflow, OVERFLOW_PAIRS);
       EXPECT_EQ(tooMany.counters.pairCount, expected.size());
       for (const ulong key : tooMany.keys) ASSERT_TRUE(StageBench::isPoison(key));
@@ -323,9 +268,9 @@ TEST_F(FindPairsTest, CapacityReachedAndExceeded) {
 }
 
 TEST_F(FindPairsTest, CapacityExceededSmall) {
-  Boxes b;
+  AabbWorld b;
   for (int i = 0; i < 5; ++i) b.add({}, cube(1));
-  const Found tooMany = find(m_stage, b, 9);
+  const FoundPairs tooMany = find(b, 9);
   EXPECT_EQ(tooMany.counters.overflow, OVERFLOW_PAIRS);
   EXPECT_EQ(tooMany.counters.pairCount, 10u);
 }
@@ -335,7 +280,7 @@ TEST_F(FindPairsTest, CapacityExceededSmall) {
 TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
   std::mt19937 random(12);
   const uint count = 800;
-  Boxes b = randomBoxes(random, count);
+  AabbWorld b = randomAabbs(random, count);
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
   btDbvtBroadphase broadphase;
@@ -360,7 +305,7 @@ TEST_F(FindPairsTest, AgreesWithDbvtBroadphase) {
       bullets.insert(pairKeyOf(*static_cast<uint*>(array[k].m_pProxy0->m_clientObject),
                                *static_cast<uint*>(array[k].m_pProxy1->m_clientObject)));
     }
-    const Found found = find(m_stage, b, 10000);
+    const FoundPairs found = find(b, 10000);
     EXPECT_GT(found.keys.size(), 500u);
     for (const ulong key : found.keys)
       EXPECT_EQ(bullets.count(key), 1u) << "Bullet lacks " << (key >> 32) << ", " << (uint)key;
