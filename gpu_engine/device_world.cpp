@@ -7,6 +7,7 @@
 
 #include "../kernels/shared/team.h"
 #include "debug/kernel_checks.h"
+#include "slots.h"
 
 namespace btgpu {
 namespace {
@@ -215,17 +216,13 @@ void DeviceWorld::uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bor
 
 // Keys are of slots, manifolds of bodies.
 void DeviceWorld::uploadManifolds(Queue& queue, const WorldInput& input) {
-  const std::vector<BodyInfo>& knownInfos = input.infos.values;
-  const auto ownerOf = [&knownInfos](uint slot) {
-    return knownInfos[slot].flags & BODY_CHILD ? knownInfos[slot].parent : slot;
-  };
   std::vector<Manifold>& source = m_manifolds;
   source = input.manifolds;
   m_keys.clear();
   for (Manifold& m : source) {
     m_keys.push_back(pairKeyOf(m.bodyA, m.bodyB));
-    m.bodyA = ownerOf(m.bodyA);
-    m.bodyB = ownerOf(m.bodyB);
+    m.bodyA = ownerOf(input.infos.values, m.bodyA);
+    m.bodyB = ownerOf(input.infos.values, m.bodyB);
   }
   m_count.assign(1, static_cast<uint>(source.size()));
   oldKeys.resize(queue, std::max(oldKeys.size(), source.size()));

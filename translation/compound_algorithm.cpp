@@ -20,11 +20,6 @@ static_assert(sizeof(DeviceCompoundAlgorithm) <= sizeof(btConvexConvexAlgorithm)
 
 namespace {
 
-void destroy(btDispatcher& dispatcher, btCollisionAlgorithm* algorithm) {
-  algorithm->~btCollisionAlgorithm();
-  dispatcher.freeCollisionAlgorithm(algorithm);
-}
-
 // The point of `from` that lies where `p` does on body A, within the manifold's breaking threshold; null if none does.
 const btManifoldPoint* samePoint(const btPersistentManifold& from, const btManifoldPoint& p) {
   const btManifoldPoint* nearest = nullptr;

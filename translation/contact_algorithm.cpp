@@ -19,11 +19,6 @@ static_assert(sizeof(DeviceContactAlgorithm) <= sizeof(btConvexConvexAlgorithm),
 
 namespace {
 
-void destroy(btDispatcher& dispatcher, btCollisionAlgorithm* algorithm) {
-  algorithm->~btCollisionAlgorithm();
-  dispatcher.freeCollisionAlgorithm(algorithm);
-}
-
 // The one manifold of an algorithm that stock made, or null.
 btPersistentManifold* onlyManifold(btCollisionAlgorithm& algorithm) {
   btManifoldArray manifolds;
@@ -54,6 +49,11 @@ bool handOverMeshs(btCollisionAlgorithm& algorithm, btPersistentManifold* manifo
 }
 
 }  // namespace
+
+void destroy(btDispatcher& dispatcher, btCollisionAlgorithm* algorithm) {
+  algorithm->~btCollisionAlgorithm();
+  dispatcher.freeCollisionAlgorithm(algorithm);
+}
 
 std::uint32_t ManifoldRegistry::add(btPersistentManifold* manifold) {
   if (m_free.empty()) {

@@ -14,6 +14,9 @@
 
 BTGPU_TRANSLATION_BEGIN
 
+// Ends an algorithm as the dispatcher that made it wants.
+void destroy(btDispatcher& dispatcher, btCollisionAlgorithm* algorithm);
+
 // Manifolds by handle, as long as they live.
 class ManifoldRegistry {
  public:

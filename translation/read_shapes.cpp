@@ -196,8 +196,14 @@ bool ShapeReader::convertCompound(const btCompoundShape& compound, std::uint32_t
   return true;
 }
 
-bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, Shape& out,
-                          const char*& why) {
+bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, FallbackList& missing,
+                          FallbackList& shares, Shape& out, const char*& why) {
+  if (isExactly<btCompoundShape>(shape)) {
+    dropHull(index);
+    m_meshes.drop(index);
+    return convertCompound(static_cast<const btCompoundShape&>(shape), index, input, missing, shares, out);
+  }
+  m_compounds.erase(index);
   const auto isOwn = [this](int type) { return (m_ownAlgorithms >> type & 1u) != 0; };
   const bool known = !isOwn(shape.getShapeType());
   if (known && readCorePoints(shape, m_core)) {
@@ -275,17 +281,8 @@ void ShapeReader::readEntry(const btCollisionShape* shape, Entry& entry, WorldIn
   const auto name = [shape] { return std::string(shape->getName()) + " shape"; };
   Shape read;
   const char* why = "contacts by Bullet's own algorithm on the CPU";
-  bool converted;
-  if (isExactly<btCompoundShape>(*shape)) {
-    dropHull(entry.index);
-    m_meshes.drop(entry.index);
-    // Reads other shapes, which may move the table's arrays, but not the entry.
-    converted = convertCompound(static_cast<const btCompoundShape&>(*shape), entry.index, input, missing, shares, read);
-  } else {
-    m_compounds.erase(entry.index);
-    converted = convert(*shape, entry.index, input, read, why);
-  }
-  if (converted) {
+  // A compound reads other shapes, which may move the table's arrays, but not the entry.
+  if (convert(*shape, entry.index, input, missing, shares, read, why)) {
     read.breakingThreshold = breakingThreshold(*shape);
   } else {
     read = Shape{};

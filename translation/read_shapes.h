@@ -77,7 +77,8 @@ class ShapeReader {
   bool isUnchanged(const btCollisionShape& shape, const Entry& entry, const WorldInput& input) const;
   // False if the device has no such shape, for a reason in `why` if it is not its kind; one that is not finite comes
   // out as such.
-  bool convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, Shape& out, const char*& why);
+  bool convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, FallbackList& missing,
+               FallbackList& shares, Shape& out, const char*& why);
   void convertPoints(const btCollisionShape& shape, std::uint32_t index, HullArrays& hulls, Shape& out);
   void dropHull(std::uint32_t index);
   bool convertCompound(const btCompoundShape& compound, std::uint32_t index, WorldInput& input, FallbackList& missing,

@@ -5,6 +5,7 @@
 #include <queue>
 
 #include "../../kernels/shared/shape.h"
+#include "../slots.h"
 
 namespace btgpu {
 namespace {
@@ -14,10 +15,6 @@ bool has(const BodyInfo& body, uint flag) { return (body.flags & flag) != 0; }
 // In an island at all, if only its own.
 bool isMember(const BodyInfo& body) {
   return has(body, BODY_PRESENT) && !has(body, BODY_CHILD) && !has(body, BODY_STATIC) && !has(body, BODY_KINEMATIC);
-}
-
-uint ownerOf(const std::vector<BodyInfo>& infos, uint slot) {
-  return has(infos[slot], BODY_CHILD) ? infos[slot].parent : slot;
 }
 
 // btCollisionObject::mergesSimulationIslands; a quarantined body is as good as absent.

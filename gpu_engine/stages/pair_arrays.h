@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "../../kernels/shared/contact.h"
+#include "../slots.h"
 #include "../world_input.h"
 #include "reference_maths.h"
 
@@ -24,7 +25,7 @@ struct PairArrays {
   size_t shapeIndexOf(uint body) const { return static_cast<size_t>(infos[body].shapeIndex); }
   const Shape& shapeOf(uint body) const { return shapes[shapeIndexOf(body)]; }
   // The body that a slot belongs to, itself but for the shapes of a compound.
-  uint ownerOf(uint slot) const { return infos[slot].flags & BODY_CHILD ? infos[slot].parent : slot; }
+  uint ownerOf(uint slot) const { return btgpu::ownerOf(infos, slot); }
   reference::Vec bFromA(const Pair& p) const {
     return reference::toVec(poses[p.bodyB].position) - reference::toVec(poses[p.bodyA].position);
   }
