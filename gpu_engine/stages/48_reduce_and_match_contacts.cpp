@@ -10,9 +10,11 @@ ReduceAndMatchContacts::ReduceAndMatchContacts(ComputeDevice& device)
 void ReduceAndMatchContacts::enqueue(Queue& queue, DeviceWorld& world) {
   queue.enterStage("48_reduce_and_match_contacts");
   const size_t capacity = world.capacities.pairs;
-  m_matchContacts.launch(queue, queue.device().grid(capacity), static_cast<uint>(capacity), world.counters,
-                         world.params, world.pairs, world.contacts, world.oldManifolds, world.infos, world.shapes,
-                         world.poses, world.materials, world.manifolds);
+  Grid grid = queue.device().grid(capacity);
+  if (queue.device().shape() == KernelShape::Gpu) grid = {grid.global / MATCH_GROUP * MATCH_GROUP, MATCH_GROUP};
+  m_matchContacts.launch(queue, grid, static_cast<uint>(capacity), world.counters, world.params, world.pairs,
+                         world.contacts, world.oldManifolds, world.infos, world.shapes, world.poses, world.materials,
+                         world.manifolds);
 }
 
 }  // namespace btgpu

@@ -11,6 +11,13 @@
 
 BTGPU_BEGIN
 
+// Where a manifold is while it is worked on. On the GPU shape that is local memory: it is too long for a lane's registers.
+#if defined(__OPENCL_C_VERSION__) && !defined(BTGPU_SHAPE_CPU)
+#define NEAR __local
+#else
+#define NEAR
+#endif
+
 #define MAX_FRICTION 10.0f  // Bullet clamps combined friction to this
 
 // Arrays in private memory are only indexed by loops of a fixed length: what is indexed otherwise can't be in registers,
@@ -93,7 +100,7 @@ LIB ContactPoint makePoint(float4 normalOnB, float4 point, Matrix3 ra, Matrix3 r
 }
 
 // Index of the manifold's point whose anchor on A is nearest to `p`'s, nearer than the threshold; or -1.
-LIB int findMatch(const Manifold* m, float4 localPointA) {
+LIB int findMatch(NEAR const Manifold* m, float4 localPointA) {
   float nearestSqr = m->breakingThreshold * m->breakingThreshold;
   int nearest = -1;
   UNROLL
@@ -111,7 +118,7 @@ LIB int findMatch(const Manifold* m, float4 localPointA) {
 LIB float diagonalArea(float4 p, float4 a, float4 b, float4 c) { return lengthSqr3(cross3(p - a, c - b)); }
 
 // Which of four points a fifth should replace: never the deepest, else the one whose loss leaves most area.
-LIB int pointToReplace(const Manifold* m, const ContactPoint* p) {
+LIB int pointToReplace(NEAR const Manifold* m, const ContactPoint* p) {
   int deepest = -1;
   float depth = p->localPointA.w;
   UNROLL
@@ -141,7 +148,7 @@ LIB int pointToReplace(const Manifold* m, const ContactPoint* p) {
 }
 
 // Notes in each point which one it is, before points come and go.
-LIB void numberPoints(REF(Manifold) m) {
+LIB void numberPoints(NEAR Manifold* m) {
   UNROLL
   for (int i = 0; i < MANIFOLD_POINTS; ++i) {
     if (i >= m->pointCount) continue;
@@ -150,7 +157,7 @@ LIB void numberPoints(REF(Manifold) m) {
 }
 
 // Adds a point, keeping impulses and age of the one it matches.
-LIB void addPoint(REF(Manifold) m, ContactPoint p) {
+LIB void addPoint(NEAR Manifold* m, ContactPoint p) {
   if (p.localPointA.w > m->breakingThreshold) return;
   const int match = findMatch(m, p.localPointA), isFull = m->pointCount == MANIFOLD_POINTS;
   const int place = match >= 0 ? match : isFull ? pointToReplace(m, &p) : m->pointCount;
@@ -172,7 +179,7 @@ LIB void addPoint(REF(Manifold) m, ContactPoint p) {
 
 // Recomputes the distances for the bodies' present poses and drops points that came apart, along the normal or
 // sideways. Points are visited from the last to the first and the last one fills a gap, as in Bullet.
-LIB void refreshPoints(REF(Manifold) m, Matrix3 ra, Matrix3 rb, float4 bFromA) {
+LIB void refreshPoints(NEAR Manifold* m, Matrix3 ra, Matrix3 rb, float4 bFromA) {
   const float limit = m->breakingThreshold;
   UNROLL
   for (int i = MANIFOLD_POINTS - 1; i >= 0; --i) {

@@ -10,6 +10,7 @@ BTGPU_BEGIN
 #define NO_INDEX 0xffffffffu
 #define MANIFOLD_POINTS 4  // as Bullet's MANIFOLD_CACHE_SIZE
 #define RAW_POINTS 8       // a rectangle clipped by a rectangle has at most 8 corners
+#define MATCH_GROUP 64     // pairs that a work group of stage 48 takes at once, on the GPU shape
 
 // Key of a pair, by which it is sorted and its manifold found again: lower body index << 32 | higher one.
 LIB ulong pairKeyOf(uint a, uint b) { return ((ulong)(a < b ? a : b) << 32) | (a < b ? b : a); }
