@@ -56,6 +56,7 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   c.triangleHits = std::max(c.triangleHits, wanted.triangleHits);
   c.colourLaunches = std::min<uint>(COLOUR_LIMIT, wanted.colourLaunches);
   c.colourRounds = std::max(c.colourRounds, wanted.colourRounds);
+  c.residentGroups = wanted.residentGroups;
 
   const auto resizeAll = [&queue](size_t size, auto&... arrays) {
     (arrays.resize(queue, std::max(size, arrays.size())), ...);

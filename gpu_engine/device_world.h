@@ -20,6 +20,7 @@ struct Capacities {
   uint colourLaunches = 0;  // colours that get a launch of their own (GPU shape); all others share one
   uint colourRounds = 0;    // colouring rounds launched a step (GPU shape)
   size_t triangleHits = 0;  // triangles of meshes near other shapes
+  uint residentGroups = 0;  // of a solver that is one launch (GPU shape); 0: a launch a colour
 };
 
 struct DeviceWorld {

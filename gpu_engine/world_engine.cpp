@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "../kernels/shared/rows.h"
 #include "debug/recorders.h"
 #include "opencl/error.h"
 #include "slots.h"
@@ -81,6 +82,7 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     wanted.slots = wanted.pairs / 2 + kFirstPadding;
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
+    wanted.residentGroups = m_device->residentGroups();
   }
   if (m_traits.has(SHAPE_MESH)) wanted.triangleHits = std::max(wanted.triangleHits, wanted.pairs);
   reserve(wanted);
@@ -374,6 +376,10 @@ void WorldEngine::growAfterOverflow(const StepCounters& counters) {
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
   if (counters.overflow & OVERFLOW_TRIANGLES) wanted.triangleHits = withSpare(counters.triangleHits);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
+  if (counters.overflow & OVERFLOW_ABSENT) {
+    m_residentAbsent = true;
+    wanted.residentGroups = 0;
+  }
   reserve(wanted);
 }
 
@@ -383,6 +389,11 @@ void WorldEngine::adaptLaunches(const StepCounters& counters) {
   Capacities& c = m_world->capacities;
   c.colourLaunches = counters.largeColours;
   // One more than were needed: a round too few is done by one group, which takes it longer than an empty launch.
+  // Few slots a colour, a warp of each group or less: then waits for each other are shorter than launches. With more,
+  // more lanes than can be resident hide what each of them waits for.
+  const uint groups = m_residentAbsent ? 0 : m_device->residentGroups();
+  const bool few = counters.slotCount <= size_t{groups} * BTGPU_LANES * std::max(1u, counters.colourCount);
+  c.residentGroups = few ? groups : 0;
   c.colourRounds = approach(c.colourRounds, counters.colourRounds > 0 ? counters.colourRounds + 1 : 0);
 }
 

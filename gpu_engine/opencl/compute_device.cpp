@@ -211,6 +211,14 @@ Grid ComputeDevice::teamGrid(size_t items) const {
   return {std::clamp<size_t>(items / grain(kTeamGrain), 1, most), 1};
 }
 
+unsigned ComputeDevice::residentGroups() const {
+  if (m_shape != KernelShape::Gpu) return 0;
+  if (const char* wanted = std::getenv("BTGPU_RESIDENT_GROUPS"))
+    return std::min(std::strtoul(wanted, nullptr, 10), 4096ul);
+  const bool nvidia = m_description.type == "gpu" && m_description.vendor.find("NVIDIA") != std::string::npos;
+  return nvidia ? m_description.computeUnits : 0;
+}
+
 Grid ComputeDevice::chunkGrid(size_t items) const {
   const size_t groups = std::clamp<size_t>(items / grain(kChunkGrain), 1, maxGroups());
   return {groups * groupSize(), groupSize()};

@@ -26,17 +26,29 @@ SolveVelocities::SolveVelocities(ComputeDevice& device, const char* name)
 }
 
 void SolveVelocities::solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats) {
+  uint sequence = 0;
+  for (size_t i = 0; i < passes.size(); ++i) sequence |= passes[i] << (i * PASS_BITS);
+  if (!m_inTeam && world.capacities.residentGroups > 0) {
+    solveResident(queue, world, sequence, repeats);
+    return;
+  }
   if (!m_inTeam) {
     for (int i = 0; i < repeats; ++i) {
       for (const uint p : passes) solveColours(queue, world, p);
     }
     return;
   }
-  uint sequence = 0;
-  for (size_t i = 0; i < passes.size(); ++i) sequence |= passes[i] << (i * PASS_BITS);
   m_solveInTeam.launch(queue, queue.device().teamGrid(world.bodyCount), static_cast<uint>(repeats), sequence,
                        world.counters, world.params, world.slotFirst, world.slots, world.solverMasses,
                        world.solverBodies, world.rows, world.tangent2, world.torsion, world.solverTeam);
+}
+
+void SolveVelocities::solveResident(Queue& queue, DeviceWorld& world, uint sequence, int repeats) {
+  if (!m_solveResident.isBuilt()) m_solveResident = Kernel(queue.device(), kFile, "solveResident");
+  const Grid grid{size_t{world.capacities.residentGroups} * RESIDENT_GROUP, RESIDENT_GROUP};
+  m_solveResident.launch(queue, grid, static_cast<uint>(repeats), sequence, world.counters, world.params,
+                         world.slotFirst, world.slots, world.solverMasses, world.solverBodies, world.rows,
+                         world.tangent2, world.torsion, world.solverTeam);
 }
 
 void SolveVelocities::solveColours(Queue& queue, DeviceWorld& world, uint passes) {

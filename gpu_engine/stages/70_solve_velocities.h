@@ -15,8 +15,9 @@ namespace btgpu {
 // contacts into manifolds[].
 //
 // On the CPU shape the members of one launch, or of one an iteration if there are joints, go through all colours and
-// passes together (docs/decisions/0011-solver-in-a-team.md); on the GPU shape each large colour of each pass is a
-// launch.
+// passes together (docs/decisions/0011-solver-in-a-team.md). On the GPU shape so do groups that are resident at once
+// (docs/decisions/0025-solver-in-resident-groups.md), where a device has such; else each large colour of each pass is
+// a launch.
 class SolveVelocities {
  public:
   explicit SolveVelocities(ComputeDevice& device, const char* name = "70_solve_velocities");
@@ -26,11 +27,13 @@ class SolveVelocities {
  private:
   // `repeats` times these passes over all contacts.
   virtual void solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats);
+  void solveResident(Queue& queue, DeviceWorld& world, uint sequence, int repeats);
   void solveColours(Queue& queue, DeviceWorld& world, uint passes);
   void solveJoints(Queue& queue, DeviceWorld& world, uint iteration);
   const char* m_name;
   bool m_inTeam;
-  Kernel m_solveInTeam, m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
+  Kernel m_solveInTeam, m_solveResident, m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial,
+      m_storeImpulses;
 };
 
 }  // namespace btgpu

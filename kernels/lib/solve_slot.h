@@ -149,46 +149,70 @@ static void solvePush(CHECKS SlotHeader h, SlotRows rows, __global SolverBody* b
   }
 }
 
-// Loops have a fixed length so that `points` can be kept in registers.
-static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
-                      __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
-                      __global float* tangent2, __global float* torsion) {
-  const SlotHeader h = AT(slots, slot);
-  if (h.manifold == NO_INDEX) return;
-  ASSERT(h.pointCount <= MANIFOLD_POINTS, h.pointCount, slot);
-  SlotRows r;
-  r.points = rows + slotBase(slot, SLOT_FIELDS);
-  r.tangent2 = flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
-  r.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
-  const int twoDirections = r.tangent2 != 0;
-  const int pointwise = (passes & PASS_FRICTION) && (flags & STEP_INTERLEAVE);
+// What a slot's passes need and nobody else changes.
+STRUCT(FetchedSlot) {
+  SlotHeader header;
+  SlotRows rows;
   PointRows points[MANIFOLD_POINTS];
+};
+
+static void fetchSlot(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
+                      __global float* rows, __global float* tangent2, __global float* torsion, FetchedSlot* f) {
+  f->header = AT(slots, slot);
+  if (f->header.manifold == NO_INDEX) return;
+  ASSERT(f->header.pointCount <= MANIFOLD_POINTS, f->header.pointCount, slot);
+  f->rows.points = rows + slotBase(slot, SLOT_FIELDS);
+  f->rows.tangent2 = flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
+  f->rows.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
 #pragma unroll
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
-    if (k < h.pointCount) fetchPoint(r, k, passes, &points[k]);
+    if (k < f->header.pointCount) fetchPoint(f->rows, k, passes, &f->points[k]);
   }
+}
+
+// Loops have a fixed length so that `points` can be kept in registers.
+static void solveFetched(CHECKS uint passes, uint flags, __global const SolverMass* masses,
+                         __global SolverBody* bodies, FetchedSlot* f) {
+  const SlotHeader h = f->header;
+  if (h.manifold == NO_INDEX) return;
+  const int twoDirections = f->rows.tangent2 != 0;
+  const int pointwise = (passes & PASS_FRICTION) && (flags & STEP_INTERLEAVE);
   SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
 #pragma unroll
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
     if (k >= h.pointCount) continue;
-    PointRows* p = &points[k];
+    PointRows* p = &f->points[k];
     if (passes & PASS_WARM_START) applyRowImpulse(&s, p->normal, p->ra, p->rb, p->impulse);
     if (passes & PASS_NORMAL) {
       p->impulse = solveRow(&s, p->normal, p->ra, p->rb, p->jac, p->rhs, p->cfm, p->impulse, 0.0f, INFINITY);
     }
     if (pointwise) solveFriction(twoDirections, p, &s);
-    if (passes & PASS_TORSION) solveTorsionRows(r, k, p->impulse, &s);
+    if (passes & PASS_TORSION) solveTorsionRows(f->rows, k, p->impulse, &s);
   }
 #pragma unroll
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
-    if (k < h.pointCount && (passes & PASS_FRICTION) && !pointwise) solveFriction(twoDirections, &points[k], &s);
+    if (k < h.pointCount && (passes & PASS_FRICTION) && !pointwise) solveFriction(twoDirections, &f->points[k], &s);
   }
   storeBodies(WITH_CHECKS h, &s, bodies);
+  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(WITH_CHECKS h, f->rows, bodies, f->points, s);
+}
+
+// The impulses that solveFetched() arrived at; the bodies got theirs already.
+static void storeFetched(uint passes, const FetchedSlot* f) {
+  if (f->header.manifold == NO_INDEX) return;
 #pragma unroll
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
-    if (k < h.pointCount) storeImpulsesOf(r, k, passes, &points[k]);
+    if (k < f->header.pointCount) storeImpulsesOf(f->rows, k, passes, &f->points[k]);
   }
-  if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePush(WITH_CHECKS h, r, bodies, points, s);
+}
+
+static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
+                      __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
+                      __global float* tangent2, __global float* torsion) {
+  FetchedSlot f;
+  fetchSlot(WITH_CHECKS slot, passes, flags, slots, rows, tangent2, torsion, &f);
+  solveFetched(WITH_CHECKS passes, flags, masses, bodies, &f);
+  storeFetched(passes, &f);
 }
 
 #ifdef BTGPU_SHAPE_CPU

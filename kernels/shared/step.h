@@ -44,7 +44,7 @@ STRUCT(StepParams) {
 // host repeats the step with larger arrays; the state that the step started from is still untouched.
 #define OVERFLOW_PAIRS 1u
 #define OVERFLOW_SLOTS 2u
-#define OVERFLOW_ROUNDS 4u  // of no stage any more
+#define OVERFLOW_ABSENT 4u  // no array, but room to run: the solver's groups can't all be resident at once
 #define OVERFLOW_TRIANGLES 16u
 #define OVERFLOW_BEFORE 8u  // nothing here: the step before, which this one was launched on top of, failed
 

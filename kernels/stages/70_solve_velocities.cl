@@ -5,8 +5,11 @@
 // the normal ones go first (docs/decisions/0014-friction-after-each-manifold.md).
 #include "../lib/solve_slot.h"
 #include "../shared/joint.h"
+#include "../shared/team.h"
 #ifdef BTGPU_SHAPE_CPU
 #include "../lib/team.h"
+#else
+#include "../lib/resident.h"
 #endif
 
 #ifdef BTGPU_SHAPE_CPU
@@ -104,6 +107,92 @@ KERNEL solveRest(CHECKS uint firstColour, uint passes, __global const StepCounte
   for (uint slot = slotFirst[COLOUR_SERIAL]; slot < slotFirst[COLOUR_SERIAL + 1]; ++slot) {
     solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
+}
+
+// The colours in turn, `repeats` times for each passes of `sequence`; `colour` beyond the last one: the serial batch.
+STRUCT(Turn) {
+  uint repeats, left, colour;  // left: what is left of the sequence in this repeat
+};
+
+static uint passesOf(Turn turn) { return turn.left & ((1u << PASS_BITS) - 1); }
+
+static Turn nextTurn(Turn turn, uint sequence, uint lastColour) {
+  if (++turn.colour <= lastColour) return turn;
+  turn.colour = 0;
+  turn.left >>= PASS_BITS;
+  if (turn.left != 0) return turn;
+  turn.left = sequence;
+  turn.repeats -= 1;
+  return turn;
+}
+
+// Where this lane begins in a colour, and how far apart its slots are. Large colours are dealt out warp by warp, so that
+// those of a small world are spread over the device; the first group does small ones alone.
+static uint firstOf(int large) {
+  const uint lane = get_local_id(0);
+  if (!large) return get_group_id(0) == 0 ? lane : NO_INDEX;
+  return lane % BTGPU_LANES + BTGPU_LANES * (get_group_id(0) + get_num_groups(0) * (lane / BTGPU_LANES));
+}
+static uint strideOf(int large) { return large ? RESIDENT_GROUP * get_num_groups(0) : RESIDENT_GROUP; }
+
+// `repeats` times the passes of `sequence`, as solveInTeam. While the groups wait for each other, the impulses of this
+// colour and the rows of the next one are under way: nobody but the lane itself touches those. `team`: of ../lib/resident.h.
+KERNEL_OF(RESIDENT_GROUP)
+solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counters, __global const StepParams* params,
+              __global const uint* slotFirst, __global const SlotHeader* slots, __global const SolverMass* masses,
+              __global SolverBody* bodies, __global float* rows, __global float* tangent2, __global float* torsion,
+              __global uint* team) {
+  __local uint state, firsts[COLOUR_TABLE];
+  Resident r;
+  for (uint c = get_local_id(0); c < COLOUR_TABLE; c += RESIDENT_GROUP) firsts[c] = slotFirst[c];
+  if (!callRoll(&r, team, counters, &state)) return;
+  const uint flags = params->flags, colours = counters->colourCount, large = min(counters->largeColours, colours);
+  const uint serial = firsts[COLOUR_SERIAL + 1] - firsts[COLOUR_SERIAL];
+  const int together = large > 0;  // else the first group is alone
+  FetchedSlot f;
+  f.header.manifold = NO_INDEX;
+  Turn turn = {repeats, sequence, 0};
+  if (counters->overflow || (!together && get_group_id(0) != 0) || colours + serial == 0) turn.repeats = 0;
+  int fetched = 0;
+  while (turn.repeats > 0) {
+    const uint passes = passesOf(turn), colour = turn.colour;
+    const int isLarge = colour < large;
+    int solved = 0;
+    if (colour < colours) {
+      const uint first = firsts[colour], end = firsts[colour + 1];
+      for (uint i = firstOf(isLarge); i < end - first; i += strideOf(isLarge)) {
+        if (solved) storeFetched(passes, &f);
+        if (solved || !fetched) {
+          fetchSlot(WITH_CHECKS first + i, passes, flags, slots, rows, tangent2, torsion, &f);
+        }
+        solveFetched(WITH_CHECKS passes, flags, masses, bodies, &f);
+        solved = 1;
+      }
+    } else if (get_global_id(0) == 0) {
+      for (uint slot = firsts[COLOUR_SERIAL]; slot < firsts[COLOUR_SERIAL + 1]; ++slot) {
+        solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
+      }
+    }
+    turn = nextTurn(turn, sequence, serial > 0 ? colours : colours - 1);
+    // All wait for each other after a large colour, and for the first group when it has done the small ones.
+    const int meets = together && turn.repeats > 0 && (isLarge || turn.colour == 0);
+    if (meets) {
+      arrive(&r);
+    } else {
+      barrier(CLK_GLOBAL_MEM_FENCE);
+    }
+    if (solved) storeFetched(passes, &f);
+    fetched = 0;
+    if (turn.repeats > 0 && turn.colour < colours) {
+      const uint first = firsts[turn.colour], i = firstOf(turn.colour < large);
+      fetched = i < firsts[turn.colour + 1] - first;
+      if (fetched) {
+        fetchSlot(WITH_CHECKS first + i, passesOf(turn), flags, slots, rows, tangent2, torsion, &f);
+      }
+    }
+    if (meets) awaitOthers(&r);
+  }
+  leaveResident(r.team);
 }
 
 #endif

@@ -8,6 +8,7 @@
 #include "gpu_engine/world_engine.h"
 #include "tests/support/device_test.h"
 #include "tests/support/roomy_world.h"
+#include "tests/support/scoped_environment.h"
 #include "tests/support/world_builder.h"
 
 namespace btgpu {
@@ -104,6 +105,18 @@ WorldInput heap(uint bodies, uint side) {
     b.forces(i + 1).force = {0, -10, 0, 0};
   }
   return b.finish();
+}
+
+// A solver whose groups can't all run at once: the step is done again, and others are not tried that way.
+TEST_F(Growth, AbsentGroupsOfTheSolver) {
+  const ScopedVariable groups("BTGPU_RESIDENT_GROUPS", "4000");
+  WorldInput input = heap(40, 3);
+  RoomyWorld roomy(queue(), roomFor(40, 500));
+  WorldEngine engine({});
+  for (int step = 0; step < 3; ++step) {
+    const StepResults results = stepBoth(engine, roomy, input, std::to_string(step));
+    EXPECT_EQ(results.redos, step == 0 && device().shape() == KernelShape::Gpu ? 1 : 0);
+  }
 }
 
 TEST_F(Growth, FromOneBodyToThousands) {

@@ -30,7 +30,7 @@ class FollowSubstepTest : public DeviceTest {
 TEST_F(FollowSubstepTest, AfterAStepThatSucceededSmall) { EXPECT_EQ(overflowAfter(0, 0), 0u); }
 
 TEST_F(FollowSubstepTest, AfterAnOverflowSmall) {
-  for (uint bit = 1; bit <= OVERFLOW_ROUNDS; bit *= 2) EXPECT_EQ(overflowAfter(bit, 0), OVERFLOW_BEFORE) << bit;
+  for (uint bit = 1; bit <= OVERFLOW_ABSENT; bit *= 2) EXPECT_EQ(overflowAfter(bit, 0), OVERFLOW_BEFORE) << bit;
 }
 
 TEST_F(FollowSubstepTest, AfterAQuarantineSmall) { EXPECT_EQ(overflowAfter(0, 3), OVERFLOW_BEFORE); }

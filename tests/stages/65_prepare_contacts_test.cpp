@@ -283,7 +283,7 @@ TEST_F(OneContactTest, NothingAfterOverflowSmall) {
   const OneContact c;
   const auto bench = benchForContacts(queue(), c.scene);
   StepCounters counters = bench->counters();
-  counters.overflow = OVERFLOW_ROUNDS;
+  counters.overflow = OVERFLOW_PAIRS;
   bench->setCounters(counters);
   const Prepared out = device(*bench);
   EXPECT_TRUE(StageBench::isPoison(out.rows[0]));

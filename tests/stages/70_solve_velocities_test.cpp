@@ -11,6 +11,7 @@
 #include "gpu_engine/stages/70_solve_velocities_reference.h"
 #include "gpu_engine/stages/80_integrate_poses.h"
 #include "kernels/lib/vec.h"
+#include "kernels/shared/team.h"
 #include "tests/support/bullet_contacts.h"
 #include "tests/support/contact_scene.h"
 #include "tests/support/device_test.h"
@@ -74,7 +75,14 @@ class SolveVelocitiesTest : public DeviceTest {
     StepParams params;
   };
   // `asleep`: joints of islands that are not solved, by index.
+  // In a launch a colour, and again in resident groups where there are such: bit by bit the same.
   Solved solve(const ContactScene& scene, const JointScene& joints = {}, const std::vector<uint>& asleep = {}) {
+    const Solved s = solveIn(0, scene, joints, asleep);
+    if (device().shape() == KernelShape::Gpu) expectSame(solveIn(1, scene, joints, asleep).device, s.device);
+    return s;
+  }
+  Solved solveIn(uint residentGroups, const ContactScene& scene, const JointScene& joints,
+                 const std::vector<uint>& asleep) {
     const auto bench = benchForContacts(queue(), scene);
     bench->run<PrepareContacts>();
     if (!joints.joints.empty()) {
@@ -90,12 +98,20 @@ class SolveVelocitiesTest : public DeviceTest {
     }
     Solved s;
     s.before = read(*bench, scene);
+    bench->world().capacities.residentGroups = residentGroups;
     bench->run<SolveVelocities>(scene.settings, scene.torsionRows);
+    EXPECT_EQ(bench->counters().overflow, 0u);
     s.device = read(*bench, scene);
     s.slots = readSlots(*bench);
     s.masses = bench->read(bench->world().solverMasses, bench->world().bodyCount);
     s.params = bench->params();
     return s;
+  }
+
+  static void expectSame(const SolveReference& a, const SolveReference& b) {
+    for (size_t i = 0; i < a.bodies.size(); ++i) ASSERT_TRUE(sameBits(a.bodies[i], b.bodies[i])) << i;
+    for (size_t m = 0; m < a.manifolds.size(); ++m) ASSERT_TRUE(sameBits(a.manifolds[m], b.manifolds[m])) << m;
+    EXPECT_EQ(a.joints.impulses, b.joints.impulses);
   }
 
   Solved expectAsReference(const ContactScene& scene, const JointScene& joints = {},
@@ -322,32 +338,54 @@ TEST_F(SolveVelocitiesTest, SerialBatch) {
   expectAsReference(scene);
 }
 
-// Which colours get a launch of their own is a question of speed: the result is the same, bit by bit. The largest
-// colours have more constraints than a work group of the GPU shape has lanes. (On the CPU shape the members of the team
-// may do other parts in each run.)
+// Which colours get a launch of their own is a question of speed, and so is whether groups that wait for each other go
+// through all of them in one: the result is the same, bit by bit. The largest colours have more constraints than a work
+// group of the GPU shape has lanes. (On the CPU shape the members of the team may do other parts in each run.)
 TEST_F(SolveVelocitiesTest, LaunchesDoNotMatter) {
   std::mt19937 random(9);
-  for (const uint bits : {0u, 13u}) {
-    ContactScene scene = randomContacts(random, {500, 1200});
+  for (const uint bits : {0u, 13u, 31u}) {
+    ContactScene scene = randomContacts(random, {900, 2400});
     setVariant(scene, bits);
-    std::vector<SolveReference> results;
-    for (const uint launches : {0u, 1u, 5u, uint{COLOUR_LIMIT}}) {
+    const auto solved = [&](uint launches, uint groups) {
       const auto bench = benchForContacts(queue(), scene);
       bench->run<PrepareContacts>();
-      bench->world().capacities.colourLaunches = launches;
+      StepCounters counters = bench->counters();
+      counters.largeColours = bench->world().capacities.colourLaunches = launches;
+      bench->setCounters(counters);
+      bench->world().capacities.residentGroups = groups;
       bench->run<SolveVelocities>(scene.settings, scene.torsionRows);
-      const StepCounters counters = bench->counters();
-      ASSERT_GT(counters.colourCount, 5u);
+      EXPECT_GT(counters.colourCount, 5u);
       const auto first = bench->read(bench->world().slotFirst);
-      ASSERT_GT(first[1] - first[0], 128u);
-      results.push_back(read(*bench, scene));
-    }
-    for (const SolveReference& r : results) {
-      for (size_t i = 0; i < r.bodies.size(); ++i) ASSERT_TRUE(sameBits(r.bodies[i], results[0].bodies[i])) << i;
-      for (size_t m = 0; m < r.manifolds.size(); ++m)
-        ASSERT_TRUE(sameBits(r.manifolds[m], results[0].manifolds[m])) << m;
+      EXPECT_GT(first[1] - first[0], 256u);
+      EXPECT_EQ(bench->read(bench->world().solverTeam), std::vector<uint>(TEAM_SIZE, 0));
+      // A device that can't run several groups at once says so.
+      EXPECT_EQ(bench->counters().overflow & ~(groups > 1 ? OVERFLOW_ABSENT : 0u), 0u);
+      const bool absent = bench->counters().overflow;
+      return absent ? SolveReference() : read(*bench, scene);
+    };
+    const SolveReference expected = solved(0, 0);
+    for (const uint launches : {0u, 1u, 5u, uint{COLOUR_LIMIT}}) {
+      for (const uint groups : {0u, 1u, 2u}) {
+        const SolveReference actual = solved(launches, groups);
+        if (!actual.bodies.empty()) expectSame(actual, expected);
+      }
     }
   }
+}
+
+// Groups that can't all run at once: nothing happens, and the host is told. (16,000 do not fit any device.)
+TEST_F(SolveVelocitiesTest, AbsentGroupsAreReported) {
+  if (device().shape() != KernelShape::Gpu) return;  // the CPU shape has teams, which wait for nobody
+  std::mt19937 random(11);
+  const ContactScene scene = randomContacts(random, {30, 60});
+  const auto bench = benchForContacts(queue(), scene);
+  bench->run<PrepareContacts>();
+  const SolveReference before = read(*bench, scene);
+  bench->world().capacities.residentGroups = 16000;
+  bench->run<SolveVelocities>(scene.settings, scene.torsionRows);
+  EXPECT_EQ(bench->counters().overflow, OVERFLOW_ABSENT);
+  expectSame(read(*bench, scene), before);
+  EXPECT_EQ(bench->read(bench->world().solverTeam), std::vector<uint>(TEAM_SIZE, 0));
 }
 
 // ---- convergence

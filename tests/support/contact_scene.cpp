@@ -154,12 +154,13 @@ std::unique_ptr<StageBench> benchForContacts(Queue& queue, const ContactScene& s
   counters.slotCount = static_cast<uint>(colours.slots.size());
   counters.colourCount = colours.colourCount;
   counters.serialCount = colours.serialCount;
+  counters.largeColours = colours.colourCount / 2;
   bench->setCounters(counters);
   bench->setManifolds(scene.manifolds);
   bench->write(world.slotFirst, colours.slotFirst);
   bench->write(world.slots, colours.slots);
   // Some colours alone, and a colour or more for the launch of the rest.
-  world.capacities.colourLaunches = colours.colourCount / 2;
+  world.capacities.colourLaunches = counters.largeColours;
   return bench;
 }
 
