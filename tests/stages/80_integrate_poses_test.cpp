@@ -230,7 +230,7 @@ TEST_F(IntegratePosesTest, NothingAfterOverflowSmall) {
   scene.steps[scene.add()].linearVelocity = {60, kNan, 0, 1};
   scene.steps[scene.add()].linearVelocity = {60, 0, 0, 1};
   const PosesReference was = before(scene);
-  for (const uint overflow : {OVERFLOW_PAIRS, OVERFLOW_SLOTS, OVERFLOW_ROUNDS}) {
+  for (const uint overflow : {OVERFLOW_PAIRS, OVERFLOW_SLOTS, OVERFLOW_ABSENT}) {
     const Poses p = device(scene, overflow);
     EXPECT_EQ(p.quarantined, 0u);
     for (uint i = 0; i < 2; ++i) {
