@@ -146,6 +146,7 @@ matchContacts(CHECKS uint pairCapacity, __global const StepCounters* counters, _
   __local uint from[MATCH_GROUP], words[MATCH_GROUP];  // of each lane's manifold
   RETURN_ON_OVERFLOW(counters);
   const uint lane = get_local_id(0), count = itemCount(pairCapacity, &counters->pairCount);
+  const uint word = lane % COPY_LANES;
   NEAR Manifold* mine = (NEAR Manifold*)(tile + lane * ROW_WORDS);
   for (uint first = get_group_id(0) * MATCH_GROUP; first < count; first += get_global_size(0)) {
     const uint i = first + lane;
@@ -155,9 +156,7 @@ matchContacts(CHECKS uint pairCapacity, __global const StepCounters* counters, _
     from[lane] = pair.oldManifold;
     words[lane] = pair.oldManifold == NO_INDEX ? 0 : wordsOf(AT(oldManifolds, pair.oldManifold).pointCount);
     barrier(CLK_LOCAL_MEM_FENCE);
-#pragma unroll 8
-    for (uint k = lane; k < MATCH_GROUP * COPY_LANES; k += MATCH_GROUP) {
-      const uint row = k / COPY_LANES, word = k % COPY_LANES;
+    for (uint row = lane / COPY_LANES; row < MATCH_GROUP; row += MATCH_GROUP / COPY_LANES) {
       if (word < words[row]) {
         tile[row * ROW_WORDS + word] = ((__global const float4*)&AT(oldManifolds, from[row]))[word];
       }
@@ -171,9 +170,7 @@ matchContacts(CHECKS uint pairCapacity, __global const StepCounters* counters, _
     }
     words[lane] = used;
     barrier(CLK_LOCAL_MEM_FENCE);
-#pragma unroll 8
-    for (uint k = lane; k < MATCH_GROUP * COPY_LANES; k += MATCH_GROUP) {
-      const uint row = k / COPY_LANES, word = k % COPY_LANES;
+    for (uint row = lane / COPY_LANES; row < MATCH_GROUP; row += MATCH_GROUP / COPY_LANES) {
       if (word < words[row]) ((__global float4*)&AT(manifolds, first + row))[word] = tile[row * ROW_WORDS + word];
     }
     barrier(CLK_LOCAL_MEM_FENCE);
