@@ -26,7 +26,7 @@ const std::vector<Scene>& all() {
 }
 
 const std::vector<Scene>& big() {
-  static const std::vector<Scene> scenes = joined({bigBoxScenes, bigPileScenes});
+  static const std::vector<Scene> scenes = joined({bigBoxScenes, bigPileScenes, junkyardScenes, washerScenes});
   return scenes;
 }
 
