@@ -88,9 +88,9 @@ std::vector<Scene> junkyardScenes() {
        {4, 4, 4},
        300,
        kStep,
-       {10, 0, Rest::AsStock, 0.05, 0.01},
+       {10, 0, Rest::Yes},
        buildJunkyard,
-       {{14, 16, 14}, 120, cube}},
+       {{14, 16, 14}, 240, cube}},
   };
 }
 

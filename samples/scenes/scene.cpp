@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "scene.h"
 
+#include <algorithm>
+
 #include "parts.h"
 
 namespace scenes {
@@ -15,6 +17,11 @@ std::vector<Scene> joined(std::initializer_list<Family> families) {
     for (Scene& scene : family()) scenes.push_back(std::move(scene));
   }
   return scenes;
+}
+
+std::string withoutUnderscores(std::string name) {
+  name.erase(std::remove(name.begin(), name.end(), '_'), name.end());
+  return name;
 }
 
 }  // namespace
@@ -33,7 +40,7 @@ const std::vector<Scene>& big() {
 const Scene* find(const std::string& name) {
   for (const auto* scenes : {&all(), &big()}) {
     for (const Scene& scene : *scenes) {
-      if (scene.name == name) return &scene;
+      if (withoutUnderscores(scene.name) == withoutUnderscores(name)) return &scene;
     }
   }
   return nullptr;

@@ -133,8 +133,7 @@ struct Scene {
 const std::vector<Scene>& all();
 // The scenes that others measure their engines with, and larger ones. Tests go through them once, at small sizes.
 const std::vector<Scene>& big();
-// In either list.
-// Null if there is none of that name.
+// In either list; underscores may be left out. Null if there is none of that name.
 const Scene* find(const std::string& name);
 
 }  // namespace scenes

@@ -86,12 +86,15 @@ void buildWasher(Objects& o, Size n) {
 
 std::vector<Scene> washerScenes() {
   return {
+      // All boxes tumble: in 240 steps of 216 of them 0.26 % of the pairs have lost the deepest point in one of the two
+      // worlds, as in ragdoll. Held against the shapes themselves, of 187 such pairs btgpu's depth was exact in 22 and
+      // stock's in 22; in the others both had points of earlier steps only.
       {"washer",
        "X by Y by Z boxes in a turning drum with fins, which is one kinematic compound",
        {6, 6, 6},
        240,
        kStep,
-       {10, 0, Rest::No},
+       {10, 0, Rest::No, 0, 0.01},
        buildWasher,
        {{20, 20, 20}, 240, cube}},
   };
