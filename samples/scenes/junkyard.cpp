@@ -88,7 +88,7 @@ std::vector<Scene> junkyardScenes() {
        {4, 4, 4},
        300,
        kStep,
-       {30, 0, Rest::Yes},
+       {24, 0, Rest::Yes},
        buildJunkyard,
        {{14, 16, 14}, 240, cube}},
   };

@@ -94,7 +94,7 @@ std::vector<Scene> washerScenes() {
        {6, 6, 6},
        240,
        kStep,
-       {20, 0, Rest::No, 0, 0.01},
+       {30, 0, Rest::No, 0, 0.01},
        buildWasher,
        {{20, 20, 20}, 240, cube}},
   };
