@@ -74,7 +74,7 @@ else
   steps 1-sizes --scene all --bodies "$(upTo 100 1000 10000 100000 1000000)" --steps 60 --worlds gpu,cpu:30000
   steps 2-bare --scene stack,mixed,city --bodies "$(upTo 1000 10000 100000 1000000)" --steps 60 --worlds gpu,cpu:30000 \
     --contacts off --host-queries off
-  steps 3-peers --scene large_pyramid,many_pyramids,convex_pile,rocks --worlds gpu,cpu
+  steps 3-peers --scene large_pyramid,many_pyramids,convex_pile,rocks,junkyard,washer --worlds gpu,cpu
   # A process of its own: on errors of OpenCL Bullet3's pipeline ends it.
   steps 4-bullet3 --scene stack --bodies "$(upTo 1000 4000 13824 32768)" --worlds gpu,cpu:5000,bullet3
   for scene in ring columns pour; do

@@ -9,9 +9,6 @@
 namespace scenes {
 namespace {
 
-// Bodies share this many shapes, so that a million of them fit.
-constexpr int kShapes = 64;
-
 // So many points, all of them corners, spread evenly over an ellipsoid but for some jitter.
 std::vector<btVector3> evenHull(std::mt19937& random, int count, const btVector3& half) {
   constexpr double kGoldenAngle = 2.399963229728653;
@@ -39,13 +36,8 @@ std::vector<btCollisionShape*> hullsOf(Objects& o, std::mt19937& random) {
 }
 
 std::vector<btCollisionShape*> rocksOf(Objects& o, std::mt19937& random) {
-  std::uniform_real_distribution<double> size(0.25, 0.6);
-  std::uniform_int_distribution<int> corners(8, 20);
   std::vector<btCollisionShape*> rocks;
-  for (int i = 0; i < kShapes; ++i) {
-    const double a = size(random), b = size(random), c = size(random);
-    rocks.push_back(o.hull(randomHull(random, corners(random), btVector3(s(a), s(b), s(c)))));
-  }
+  for (int i = 0; i < kShapes; ++i) rocks.push_back(rock(o, random));
   return rocks;
 }
 
@@ -61,41 +53,12 @@ std::vector<btCollisionShape*> assortment(Objects& o, std::mt19937& random) {
   return shapes;
 }
 
-// A grid of bodies, turned at random, above `bottom` and around the y axis.
-void pile(Objects& o, Size n, double pitch, double bottom, const std::vector<btCollisionShape*>& shapes,
-          std::mt19937& random) {
-  std::uniform_real_distribution<double> jitter(-0.1, 0.1);
-  std::uniform_int_distribution<size_t> which(0, shapes.size() - 1);
-  for (int y = 0; y < n.y; ++y) {
-    for (int x = 0; x < n.x; ++x) {
-      for (int z = 0; z < n.z; ++z) {
-        const double atX = pitch * (x - 0.5 * (n.x - 1)) + jitter(random);
-        const double atZ = pitch * (z - 0.5 * (n.z - 1)) + jitter(random);
-        const btQuaternion turn = randomRotation(random);
-        const btVector3 at(s(atX), s(bottom + pitch * (y + 0.5)), s(atZ));
-        o.add(1, shapes[which(random)], btTransform(turn, at));
-      }
-    }
-  }
-}
-
 void buildConvexPile(Objects& o, Size n) {
   constexpr double kPitch = 1.3;
   addFloor(o, kPitch * n.x + n.y + 20, kPitch * n.z + n.y + 20);
   std::mt19937 random(3);
   const auto hulls = hullsOf(o, random);
   pile(o, n, kPitch, 0.1, hulls, random);
-}
-
-// Static walls around the y axis, as thick as a large body, up to this height.
-void addWalls(Objects& o, double halfX, double halfZ, double height) {
-  constexpr double kHalf = 1;
-  for (const double side : {-1.0, 1.0}) {
-    o.add(0, o.box(btVector3(s(kHalf), s(height / 2), s(halfZ + 2 * kHalf))),
-          btVector3(s(side * (halfX + kHalf)), s(height / 2), 0));
-    o.add(0, o.box(btVector3(s(halfX), s(height / 2), s(kHalf))),
-          btVector3(0, s(height / 2), s(side * (halfZ + kHalf))));
-  }
 }
 
 void buildRocks(Objects& o, Size n) {

@@ -24,6 +24,7 @@ void emptyLargeWorld(btDiscreteDynamicsWorld& world) {
 }  // namespace
 
 Objects::~Objects() {
+  if (!m_beforeSubsteps.empty()) m_world.setInternalTickCallback(nullptr, nullptr, true);
   for (const auto& vehicle : m_vehicles) m_world.removeVehicle(vehicle.get());
   for (const auto& joint : m_joints) m_world.removeConstraint(joint.get());
   if (m_world.getNumCollisionObjects() == static_cast<int>(m_bodies.size())) emptyLargeWorld(m_world);
@@ -55,7 +56,10 @@ btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btTransf
   if (mass != btScalar(0)) shape->calculateLocalInertia(mass, inertia);
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
   info.m_startWorldTransform = at;
-  auto* body = new btRigidBody(info);
+  return addToWorld(new btRigidBody(info));
+}
+
+btRigidBody* Objects::addToWorld(btRigidBody* body) {
   m_bodies.push_back(body);
   m_world.addRigidBody(body);
   return body;
@@ -63,6 +67,24 @@ btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btTransf
 
 btRigidBody* Objects::add(btScalar mass, btCollisionShape* shape, const btVector3& at) {
   return add(mass, shape, btTransform(btQuaternion::getIdentity(), at));
+}
+
+btRigidBody* Objects::addKinematic(btCollisionShape* shape, const btTransform& at) {
+  btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shape);
+  info.m_startWorldTransform = at;
+  auto* body = new btRigidBody(info);
+  body->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+  body->setActivationState(DISABLE_DEACTIVATION);  // one that sleeps has no velocity
+  return addToWorld(body);
+}
+
+void Objects::beforeSubsteps(std::function<void(btScalar)> call) {
+  m_beforeSubsteps.push_back(std::move(call));
+  m_world.setInternalTickCallback(preTick, this, true);
+}
+
+void Objects::preTick(btDynamicsWorld* world, btScalar timeStep) {
+  for (const auto& call : static_cast<Objects*>(world->getWorldUserInfo())->m_beforeSubsteps) call(timeStep);
 }
 
 void Objects::remove(btTypedConstraint* joint) {

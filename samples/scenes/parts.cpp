@@ -61,4 +61,38 @@ std::vector<btVector3> randomHull(std::mt19937& random, int count, const btVecto
   return points;
 }
 
+btConvexHullShape* rock(Objects& o, std::mt19937& random) {
+  std::uniform_real_distribution<double> size(0.25, 0.6);
+  std::uniform_int_distribution<int> corners(8, 20);
+  const double a = size(random), b = size(random), c = size(random);
+  return o.hull(randomHull(random, corners(random), btVector3(s(a), s(b), s(c))));
+}
+
+void pile(Objects& o, Size n, double pitch, double bottom, const std::vector<btCollisionShape*>& shapes,
+          std::mt19937& random) {
+  std::uniform_real_distribution<double> jitter(-0.1, 0.1);
+  std::uniform_int_distribution<size_t> which(0, shapes.size() - 1);
+  for (int y = 0; y < n.y; ++y) {
+    for (int x = 0; x < n.x; ++x) {
+      for (int z = 0; z < n.z; ++z) {
+        const double atX = pitch * (x - 0.5 * (n.x - 1)) + jitter(random);
+        const double atZ = pitch * (z - 0.5 * (n.z - 1)) + jitter(random);
+        const btQuaternion turn = randomRotation(random);
+        const btVector3 at(s(atX), s(bottom + pitch * (y + 0.5)), s(atZ));
+        o.add(1, shapes[which(random)], btTransform(turn, at));
+      }
+    }
+  }
+}
+
+void addWalls(Objects& o, double halfX, double halfZ, double height) {
+  constexpr double kHalf = 1;
+  for (const double side : {-1.0, 1.0}) {
+    o.add(0, o.box(btVector3(s(kHalf), s(height / 2), s(halfZ + 2 * kHalf))),
+          btVector3(s(side * (halfX + kHalf)), s(height / 2), 0));
+    o.add(0, o.box(btVector3(s(halfX), s(height / 2), s(kHalf))),
+          btVector3(0, s(height / 2), s(side * (halfZ + kHalf))));
+  }
+}
+
 }  // namespace scenes

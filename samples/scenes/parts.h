@@ -26,6 +26,16 @@ btQuaternion randomRotation(std::mt19937& random);
 // Points on an ellipsoid, so that all of them are corners, with the centre of mass at their mean.
 std::vector<btVector3> randomHull(std::mt19937& random, int count, const btVector3& half);
 
+// Bodies of the large piles share this many shapes, so that a million of them fit.
+constexpr int kShapes = 64;
+// An irregular hull.
+btConvexHullShape* rock(Objects& o, std::mt19937& random);
+// A grid of bodies, turned at random, above `bottom` and around the y axis.
+void pile(Objects& o, Size n, double pitch, double bottom, const std::vector<btCollisionShape*>& shapes,
+          std::mt19937& random);
+// Static walls around the y axis, as thick as a large body, up to this height.
+void addWalls(Objects& o, double halfX, double halfZ, double height);
+
 // Calls place(random, x + y + z, pose) for each place of a grid over the ground, the lowest `lift` above it: somewhat
 // off, and turned at random.
 template <typename Place>
@@ -58,5 +68,7 @@ std::vector<Scene> terrainScenes();   // terrain.cpp
 std::vector<Scene> machineScenes();   // machines.cpp
 std::vector<Scene> bigBoxScenes();    // big_boxes.cpp
 std::vector<Scene> bigPileScenes();   // big_piles.cpp
+std::vector<Scene> junkyardScenes();  // junkyard.cpp
+std::vector<Scene> washerScenes();    // washer.cpp
 
 }  // namespace scenes

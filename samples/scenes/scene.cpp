@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "scene.h"
 
+#include <algorithm>
+
 #include "parts.h"
 
 namespace scenes {
@@ -17,6 +19,11 @@ std::vector<Scene> joined(std::initializer_list<Family> families) {
   return scenes;
 }
 
+std::string withoutUnderscores(std::string name) {
+  name.erase(std::remove(name.begin(), name.end(), '_'), name.end());
+  return name;
+}
+
 }  // namespace
 
 const std::vector<Scene>& all() {
@@ -26,14 +33,14 @@ const std::vector<Scene>& all() {
 }
 
 const std::vector<Scene>& big() {
-  static const std::vector<Scene> scenes = joined({bigBoxScenes, bigPileScenes});
+  static const std::vector<Scene> scenes = joined({bigBoxScenes, bigPileScenes, junkyardScenes, washerScenes});
   return scenes;
 }
 
 const Scene* find(const std::string& name) {
   for (const auto* scenes : {&all(), &big()}) {
     for (const Scene& scene : *scenes) {
-      if (scene.name == name) return &scene;
+      if (withoutUnderscores(scene.name) == withoutUnderscores(name)) return &scene;
     }
   }
   return nullptr;

@@ -56,6 +56,11 @@ class Objects {
   // Adds a body; mass 0 makes it static.
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btTransform& at);
   btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at);
+  // Adds a kinematic body, which nothing but `beforeSubsteps` moves.
+  btRigidBody* addKinematic(btCollisionShape* shape, const btTransform& at);
+  // Has it called before each substep, with the time that this takes. The world's pre-tick callback and its user info
+  // are then in use.
+  void beforeSubsteps(std::function<void(btScalar timeStep)> call);
 
   // Adds a joint; `apart`: the linked bodies don't collide.
   template <typename Joint, typename... Args>
@@ -72,7 +77,11 @@ class Objects {
   btRaycastVehicle* vehicle(btRigidBody* chassis, btScalar halfTrack);
 
  private:
+  static void preTick(btDynamicsWorld* world, btScalar timeStep);
+  btRigidBody* addToWorld(btRigidBody* body);
+
   btDiscreteDynamicsWorld& m_world;
+  std::vector<std::function<void(btScalar)>> m_beforeSubsteps;
   std::vector<std::shared_ptr<void>> m_kept;  // goes after the shapes
   std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
   std::vector<btRigidBody*> m_bodies;
@@ -124,8 +133,7 @@ struct Scene {
 const std::vector<Scene>& all();
 // The scenes that others measure their engines with, and larger ones. Tests go through them once, at small sizes.
 const std::vector<Scene>& big();
-// In either list.
-// Null if there is none of that name.
+// In either list; underscores may be left out. Null if there is none of that name.
 const Scene* find(const std::string& name);
 
 }  // namespace scenes

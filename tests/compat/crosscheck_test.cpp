@@ -78,13 +78,12 @@ TEST_P(RightDevice, AgreesWithStock) {
   EXPECT_EQ(w.world.statistics().m_stockSteps, 0u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, RightDevice,
-                         ::testing::Values(SceneCase{"stack", {4, 4, 4}, 200, false},
-                                           SceneCase{"mixed", {4, 4, 4}, 200, false},
-                                           SceneCase{"domino", {30, 1, 2}, 200, false},
-                                           SceneCase{"ragdoll", {2, 1, 1}, 200, false},
-                                           SceneCase{"vehicle", {1, 2, 2}, 100, true}),
-                         [](const auto& p) { return std::string(p.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, RightDevice,
+    ::testing::Values(SceneCase{"stack", {4, 4, 4}, 200, false}, SceneCase{"mixed", {4, 4, 4}, 200, false},
+                      SceneCase{"washer", {3, 3, 3}, 100, false}, SceneCase{"domino", {30, 1, 2}, 200, false},
+                      SceneCase{"ragdoll", {2, 1, 1}, 200, false}, SceneCase{"vehicle", {1, 2, 2}, 100, true}),
+    [](const auto& p) { return std::string(p.param.name); });
 
 // Bodies of all kinds come, go, come back and change between the steps.
 TEST(CrossCheck, FollowsWhatTheApplicationChanges) {

@@ -4,6 +4,8 @@
 // Whether btgpu steps the big ones as stock does: parity/big_*.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/support/world_of.h"
 
 namespace btgpu::test {
@@ -29,6 +31,8 @@ TEST(Scenes, BigOnesHaveTheBodiesOfTheirDescription) {
   EXPECT_EQ(moving("columns", {3, 10, 5}), 3 * 10 * 5);
   EXPECT_EQ(moving("city", {3, 16, 5}), 4 * 3 * 16 * 5);
   EXPECT_EQ(moving("pour", {5, 4, 3}), 5 * 4 * 3);
+  EXPECT_EQ(moving("junkyard", {5, 4, 3}), 5 * 4 * 3);
+  EXPECT_EQ(moving("washer", {5, 4, 3}), 1 + 5 * 4 * 3);  // with the drum
 }
 
 TEST(Scenes, BenchmarkSizesOfTheBigOnes) {
@@ -44,6 +48,8 @@ TEST(Scenes, BenchmarkSizesOfTheBigOnes) {
   EXPECT_EQ(product("columns"), 100000);
   EXPECT_EQ(product("city"), 250000);  // of four
   EXPECT_EQ(product("pour"), 100000);
+  EXPECT_EQ(product("junkyard"), 3136);
+  EXPECT_EQ(product("washer"), 8000);
 }
 
 TEST(Scenes, SizesForSoManyBodies) {
@@ -70,6 +76,33 @@ TEST(Scenes, TheSameObjectsEachTime) {
       EXPECT_EQ(one.getWorldTransform().getOrigin(), other.getWorldTransform().getOrigin()) << scene.name << i;
       EXPECT_EQ(one.getInvInertiaDiagLocal(), other.getInvInertiaDiagLocal()) << scene.name << i;
     }
+  }
+}
+
+TEST(Scenes, AreFoundByTheirNamesWithAndWithoutUnderscores) {
+  for (const auto* list : {&scenes::all(), &scenes::big()}) {
+    for (const scenes::Scene& scene : *list) EXPECT_EQ(scenes::find(scene.name), &scene);
+  }
+  EXPECT_EQ(scenes::find("convexpile"), scenes::find("convex_pile"));
+  EXPECT_EQ(scenes::find("no_such"), nullptr);
+  EXPECT_EQ(scenes::find(""), nullptr);
+}
+
+// However the time is cut into steps: a drum that turns by 25 degrees a second at a radius of 20.
+TEST(Scenes, TheWashersDrumTurnsAtConstantSpeed) {
+  for (const int substeps : {1, 2}) {
+    World run;
+    scenes::find("washer")->build(run.objects, {20, 20, 1});
+    const btRigidBody& drum = *run.objects.bodies().front();
+    ASSERT_TRUE(drum.isKinematicObject());
+    for (int i = 0; i < 60; ++i) run.world.stepSimulation(btScalar(1.0 / 60), substeps, btScalar(1.0 / 60 / substeps));
+    // The drum's radius is that of the grid, 1.2 x 20 / sqrt(2), and a seventh more.
+    const double speed = 25 * std::sqrt(20 / (1.2 * 20 / std::sqrt(2.0) * 8 / 7));
+    const btVector3 x = drum.getWorldTransform().getBasis().getColumn(0);
+    const double degree = 0.017453292519943295;
+    // Poses are floats; a substep may be left over or be one more, as Bullet's clock rounds.
+    EXPECT_NEAR(std::atan2(double(x.y()), double(x.x())) / degree, speed, 1e-3 + speed / 60) << substeps;
+    EXPECT_NEAR(double(drum.getAngularVelocity().z()) / degree, speed, 1e-5 * speed) << substeps;
   }
 }
 

@@ -93,6 +93,7 @@ StepStart recordStep(btGpuDynamicsWorld& world, const std::function<void()>& ste
   state->engine = std::move(recorder);
   step();
   if (state->engine.get() == recording) state->engine = recording->release();  // else it was lost
+  takeKinematicStates(world, start.input, start.states);
   makeComplete(start);
   return start;
 }

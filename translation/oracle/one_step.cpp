@@ -247,7 +247,7 @@ void OneStepCheck::compareContacts() {
     Manifold none{};
     none.bodyA = a;
     none.bodyB = b;
-    if (pair.ours || awake(none)) comparePair(pair.ours ? *pair.ours : none, pair.stock);
+    if (pair.ours || awake(none)) comparePair(shapes, pair.ours ? *pair.ours : none, pair.stock);
   }
 }
 
@@ -298,9 +298,25 @@ bool isLost(btCollisionWorld& world, const btCollisionObject& a, const btCollisi
   return false;
 }
 
+struct PlacedShape {
+  const btCollisionShape* shape;
+  btTransform at;
+};
+
+// The shape of a compound that has this number; the compound itself if one in it has shapes of its own, whose numbers
+// may be the same.
+PlacedShape placedShape(const btCollisionShape& shape, const btTransform& at, int child) {
+  if (!shape.isCompound()) return {&shape, at};
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    if (compound.getChildShape(i)->isCompound()) return {&shape, at};
+  }
+  if (child < 0 || child >= compound.getNumChildShapes()) return {&shape, at};
+  return {compound.getChildShape(child), at * compound.getChildTransform(child)};
+}
+
 // How far apart two convex shapes are along an axis from B to A, by Bullet's own support functions.
-double gapAlong(const btCollisionShape& a, const btTransform& atA, const btCollisionShape& b, const btTransform& atB,
-                const btVector3& normal) {
+double gapAlong(const PlacedShape& a, const PlacedShape& b, const btVector3& normal) {
   const auto reach = [](const btCollisionShape& shape, const btTransform& at, const btVector3& direction) {
     const btVector3 local = direction * at.getBasis();
     const btVector3 p = static_cast<const btConvexShape&>(shape).localGetSupportingVertexWithoutMargin(local);
@@ -308,10 +324,10 @@ double gapAlong(const btCollisionShape& a, const btTransform& atA, const btColli
            double(at.getBasis()[1].dot(p)) * double(direction.y()) +
            double(at.getBasis()[2].dot(p)) * double(direction.z()) + double(shape.getMargin());
   };
-  const btVector3 aFromB = atA.getOrigin() - atB.getOrigin();
+  const btVector3 aFromB = a.at.getOrigin() - b.at.getOrigin();
   const double between = double(aFromB.x()) * double(normal.x()) + double(aFromB.y()) * double(normal.y()) +
                          double(aFromB.z()) * double(normal.z());
-  return between - reach(a, atA, -normal) - reach(b, atB, normal);
+  return between - reach(*a.shape, a.at, -normal) - reach(*b.shape, b.at, normal);
 }
 
 bool isCurved(const btCollisionShape& shape) {
@@ -324,15 +340,19 @@ bool isCurved(const btCollisionShape& shape) {
 
 // Stock's GJK and EPA end early where a shape is curved. Ours is the better contact if the two shapes are as far apart
 // along its normal as it says, and less far along stock's.
-bool OneStepCheck::isBetter(const Manifold& m, const ContactPoint& ours, const btManifoldPoint& stock,
-                            double size) const {
-  const btCollisionShape &a = *m_oracle.object(m.bodyA)->getCollisionShape(),
-                         &b = *m_oracle.object(m.bodyB)->getCollisionShape();
-  if (!a.isConvex() || !b.isConvex() || !(isCurved(a) || isCurved(b))) return false;
-  const btTransform &atA = m_step->before[m.bodyA].transform, &atB = m_step->before[m.bodyB].transform;
-  const double gap = gapAlong(a, atA, b, atB, toBullet(ours.normalWorldOnB));
+bool OneStepCheck::isBetter(const OracleWorld::ShapePair& shapes, const Manifold& m, const ContactPoint& ours,
+                            const btManifoldPoint& stock, double size) const {
+  const auto [first, firstChild, second, secondChild] = shapes;
+  const bool inOrder = m.bodyA == first;
+  const auto placed = [this](uint slot, int child) {
+    return placedShape(*m_oracle.object(slot)->getCollisionShape(), m_step->before[slot].transform, child);
+  };
+  const PlacedShape a = placed(m.bodyA, inOrder ? firstChild : secondChild);
+  const PlacedShape b = placed(m.bodyB, inOrder ? secondChild : firstChild);
+  if (!a.shape->isConvex() || !b.shape->isConvex() || !(isCurved(*a.shape) || isCurved(*b.shape))) return false;
+  const double gap = gapAlong(a, b, toBullet(ours.normalWorldOnB));
   return std::fabs(gap - double(ours.localPointA.w)) <= kSameDepth * size &&
-         gap > gapAlong(a, atA, b, atB, stock.m_normalWorldOnB);
+         gap > gapAlong(a, b, stock.m_normalWorldOnB);
 }
 
 // Of a contact with a mesh: Bullet finds it too, or has had it since the step before.
@@ -342,7 +362,8 @@ bool OneStepCheck::isFoundToo(const Manifold& ours, const ContactPoint& mine, do
           isKept(*m_step->cache, ours, mine));
 }
 
-void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold* stock) {
+void OneStepCheck::comparePair(const OracleWorld::ShapePair& shapes, const Manifold& ours,
+                               const btPersistentManifold* stock) {
   const uint a = ours.bodyA, b = ours.bodyB;
   const double size = std::min(m_sizes[a], m_sizes[b]);
   if (ours.pointCount == 0 && !stock) return;
@@ -359,7 +380,7 @@ void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold*
   const btManifoldPoint& theirs = deepestPoint(*stock);
   const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
   const bool same = sameDepth(mine, theirs, size) && cosine >= kSameNormal;
-  const bool better = !same && (isBetter(ours, mine, theirs, size) || isFoundToo(ours, mine, size));
+  const bool better = !same && (isBetter(shapes, ours, mine, theirs, size) || isFoundToo(ours, mine, size));
   const bool depthAgrees = better || sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
   const double depthDifference = std::fabs(double(mine.localPointA.w) - double(theirs.getDistance())) / size;
   m_depth.add(depthAgrees ? std::min(depthDifference, kSameDepth) : depthDifference, !depthAgrees, a, b);

@@ -126,8 +126,9 @@ class OneStepCheck {
   Check ofShare(const char* name, const Measure& m) const;
   void compareContacts();
   bool isFoundToo(const Manifold& ours, const ContactPoint& mine, double size) const;
-  void comparePair(const Manifold& ours, const btPersistentManifold* stock);
-  bool isBetter(const Manifold& m, const ContactPoint& ours, const btManifoldPoint& stock, double size) const;
+  void comparePair(const OracleWorld::ShapePair& shapes, const Manifold& ours, const btPersistentManifold* stock);
+  bool isBetter(const OracleWorld::ShapePair& shapes, const Manifold& m, const ContactPoint& ours,
+                const btManifoldPoint& stock, double size) const;
   void compareSolver();
   void compareVelocities(const std::vector<Velocity>& stock);
   void compareJoints(const std::vector<Velocity>& stock);

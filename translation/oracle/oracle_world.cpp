@@ -6,6 +6,7 @@
 
 #include "../../gpu_engine/slots.h"
 #include "../contacts.h"
+#include "../convert.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -34,6 +35,17 @@ BodyState captureState(const btCollisionObject& o) {
     s.angular = body->getAngularVelocity();
   }
   return s;
+}
+
+void takeKinematicStates(const btCollisionWorld& world, const WorldInput& input, std::vector<BodyState>& states) {
+  for (size_t i = 0; i < states.size(); ++i) {
+    if (!world.getCollisionObjectArray()[static_cast<int>(i)]->isKinematicObject()) continue;
+    const BodyVelocity& v = input.velocities.values[i];
+    BodyState& s = states[i];
+    s.transform = s.interpolation = toTransform(input.poses.values[i], input.regionOrigin);
+    s.linear = s.interpolationLinear = toBullet(v.linear);
+    s.angular = s.interpolationAngular = toBullet(v.angular);
+  }
 }
 
 std::vector<JointState> captureJoints(const btDynamicsWorld& world) {

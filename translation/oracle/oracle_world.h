@@ -22,6 +22,9 @@ struct BodyState {
 };
 
 BodyState captureState(const btCollisionObject& object);
+// What the application moves is where its motion states and callbacks put it in the step itself: `states` of the time
+// before get that of kinematic bodies from what the device was given.
+void takeKinematicStates(const btCollisionWorld& world, const WorldInput& input, std::vector<BodyState>& states);
 
 // What of a joint lives from step to step.
 struct JointState {
