@@ -34,6 +34,22 @@ WIDE int maxLane(int16 v) {
   return max(c.x, c.y);
 }
 
+// The index of the largest value, of several as large the lowest one.
+WIDE int firstOfMost(Lanes value, int16 index, float* most) {
+  const int8 m8 = (value.hi > value.lo) | ((value.hi == value.lo) & (index.hi < index.lo));
+  const float8 f8 = m8 ? value.hi : value.lo;
+  const int8 i8 = m8 ? index.hi : index.lo;
+  const int4 m4 = (f8.hi > f8.lo) | ((f8.hi == f8.lo) & (i8.hi < i8.lo));
+  const float4 f4 = m4 ? f8.hi : f8.lo;
+  const int4 i4 = m4 ? i8.hi : i8.lo;
+  const int2 m2 = (f4.hi > f4.lo) | ((f4.hi == f4.lo) & (i4.hi < i4.lo));
+  const float2 f2 = m2 ? f4.hi : f4.lo;
+  const int2 i2 = m2 ? i4.hi : i4.lo;
+  const int last = (f2.y > f2.x) | ((f2.y == f2.x) & (i2.y < i2.x));
+  *most = last ? f2.y : f2.x;
+  return last ? i2.y : i2.x;
+}
+
 // dot3, cross3, ... of vec.h
 WIDE Lanes dotWide(Lanes3 a, Lanes3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 WIDE Lanes3 crossWide(Lanes3 a, Lanes3 b) {
