@@ -31,12 +31,6 @@ WIDE Lanes3 broadcastWide(float4 v) {
   r.z = (Lanes)v.z;
   return r;
 }
-WIDE Lanes3 pick3(LaneMask mask, Lanes3 yes, Lanes3 no) {
-  yes.x = pick(mask, yes.x, no.x);
-  yes.y = pick(mask, yes.y, no.y);
-  yes.z = pick(mask, yes.z, no.z);
-  return yes;
-}
 WIDE Lanes3 broadcastFrom(const float* from, int lane) {
   Lanes3 r;
   r.x = (Lanes)from[lane];
@@ -44,19 +38,6 @@ WIDE Lanes3 broadcastFrom(const float* from, int lane) {
   r.z = (Lanes)from[2 * BTGPU_WIDE + lane];
   return r;
 }
-WIDE void storeLanes3(Lanes3 v, float* to) {
-  vstore16(v.x, 0, to);
-  vstore16(v.y, 1, to);
-  vstore16(v.z, 2, to);
-}
-WIDE Lanes3 loadLanes3(const float* from) {
-  Lanes3 r;
-  r.x = vload16(0, from);
-  r.y = vload16(1, from);
-  r.z = vload16(2, from);
-  return r;
-}
-
 // from, to: where the edges begin and end (x of all, y, z), those of B first and then those of A; countB, countA of
 // them. Points are on B's core. limit, least: of the picker.
 WIDE void clipFacesWide(const float* from, const float* to, int countB, int countA, WideSides a, WideSides b,

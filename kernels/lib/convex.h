@@ -445,6 +445,7 @@ LIB_INLINED int addSupport(REF(Simplex) s, CorePair pair, Hulls hulls, float4 di
 #define CORES_NEAR 1     // closest features found
 #define CORES_OVERLAP 2  // or touch: SAT has to say how they leave each other
 #define CORES_ON_FACE 3  // closest features found, one of them a face, whose normal is the axis
+#define CORES_OPEN 4     // not known yet
 
 // A direction in 31 bits, right within 1 in 500: good enough to begin with. Never 0.
 LIB uint packAxis(float4 unit) {
@@ -505,18 +506,39 @@ LIB int closestOnFaceOfB(CorePair pair, Hulls hulls, float4 axis, float limit, R
   return separation < limit ? CORES_ON_FACE : CORES_FAR;
 }
 
-// Closest features of two cores nearer than `limit`. `start`: a guess of the axis from A to B. Of cores farther apart
-// only normal is set, to an axis along which they are, of any length.
-LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, REF(ClosestFeatures) out) {
+// The vertex of the difference that GJK begins with, and those of A and B that it came from.
+STRUCT(FirstVertex) {
+  float4 point;
+  int a, b;
+};
+
+// The beginning of closestFeatures: CORES_OPEN if it takes GJK to find them.
+LIB int beginClosest(CorePair pair, Hulls hulls, float4 start, float limit, REF(FirstVertex) first,
+                     REF(ClosestFeatures) out) {
   Simplex s;
   s.count = 0;
   addSupport(&s, pair, hulls, start);
   out->normal = start;
+  first->point = s.points[0];
+  first->a = s.a[0];
+  first->b = s.b[0];
   const float ahead = dot3(start, s.points[0]);
   if (ahead > 0.0f && ahead * ahead > limit * limit * lengthSqr3(start)) return CORES_FAR;
   int onFace = closestOnFaceOfA(pair, hulls, start, limit, out);
   if (onFace == CORES_OVERLAP) onFace = closestOnFaceOfB(pair, hulls, start, limit, out);
-  if (onFace != CORES_OVERLAP) return onFace;
+  return onFace == CORES_OVERLAP ? CORES_OPEN : onFace;
+}
+
+// Closest features of two cores nearer than `limit`. `start`: a guess of the axis from A to B. Of cores farther apart
+// only normal is set, to an axis along which they are, of any length. gjk_wide.h has the same for many pairs at once.
+LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, REF(ClosestFeatures) out) {
+  FirstVertex first;
+  const int begun = beginClosest(pair, hulls, start, limit, &first, out);
+  if (begun != CORES_OPEN) return begun;
+  Simplex s;
+  s.points[0] = first.point;
+  s.a[0] = first.a;
+  s.b[0] = first.b;
   s.points[0].w = 1.0f;
   s.count = 1;
   float4 v = xyz(s.points[0]);

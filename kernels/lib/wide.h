@@ -195,4 +195,34 @@ WIDE WideMatrix matrixFromQuaternionWide(Lanes4 q) {
   return m;
 }
 
+WIDE Lanes3 pick3(LaneMask mask, Lanes3 yes, Lanes3 no) {
+  yes.x = pick(mask, yes.x, no.x);
+  yes.y = pick(mask, yes.y, no.y);
+  yes.z = pick(mask, yes.z, no.z);
+  return yes;
+}
+
+// ---- lanes in private memory: x of all, y of all, z of all
+
+WIDE void storeLanes3(Lanes3 v, float* to) {
+  vstore16(v.x, 0, to);
+  vstore16(v.y, 1, to);
+  vstore16(v.z, 2, to);
+}
+WIDE Lanes3 loadLanes3(const float* from) {
+  Lanes3 r;
+  r.x = vload16(0, from);
+  r.y = vload16(1, from);
+  r.z = vload16(2, from);
+  return r;
+}
+WIDE float4 laneOf(const float* from, int lane) {
+  return vec3(from[lane], from[BTGPU_WIDE + lane], from[2 * BTGPU_WIDE + lane]);
+}
+WIDE void setLane(float* to, int lane, float4 v) {
+  to[lane] = v.x;
+  to[BTGPU_WIDE + lane] = v.y;
+  to[2 * BTGPU_WIDE + lane] = v.z;
+}
+
 #endif
