@@ -245,7 +245,6 @@ static void finishLane(GjkBlock* g, Hulls hulls, int l, float4 v, const float sh
   }
   g->what[l] = CORES_NEAR;
   out->normal = withW(v / distance, distance);
-  out->onA = out->onB = vec3(0.0f, 0.0f, 0.0f);
   for (int n = 0; n < count; ++n) {
 #ifdef BTGPU_CURVED
     out->onA += laneOf((const float*)&s->origins[n], l) * shares[n][l];
@@ -336,6 +335,7 @@ static void closestWide(GjkBlock* g, Hulls hulls) {
   for (int n = 0; n < 4; ++n) vstore16(s.shares[n], 0, shares[n]);
   for (int l = 0; l < g->count; ++l) {
     g->found[l].normal = laneOf(ends, l);
+    g->found[l].onA = g->found[l].onB = vec3(0.0f, 0.0f, 0.0f);
     if (g->what[l] == CORES_NEAR) finishLane(g, hulls, l, laneOf(ends, l), shares, &s, counts[l]);
   }
 }
