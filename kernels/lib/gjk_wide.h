@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // GJK for BTGPU_WIDE pairs of cores at once: the loops of closestFeatures (convex.h) and, with BTGPU_CURVED, of
 // closestCurved (curved.h), from the vertex on that they begin with. Each lane takes the steps that its pair takes there,
-// rounded alike, so that results are the same bits. What a core's shape is matters only to its farthest points, which are
-// looked for pair by pair. OpenCL C only.
+// rounded alike, so that results are the same bits. Farthest points of hulls and of several spheres are looked for pair by
+// pair. OpenCL C only.
 #ifndef BTGPU_LIB_GJK_WIDE_H
 #define BTGPU_LIB_GJK_WIDE_H
 #ifdef BTGPU_CURVED
@@ -29,10 +29,30 @@ typedef struct WideSimplex {
   int16 count;
 } WideSimplex;
 
+#define KIND_BOX 0  // or segment or point
+#define KIND_LIST 1  // of vertices or spheres
+#define KIND_TRIANGLE 2
+#define KIND_CYLINDER 3
+#define KIND_CONE 4
+
+// What the farthest points of cores depend on.
+typedef struct WideCores {
+  int kinds[BTGPU_WIDE];
+  float extents[3 * BTGPU_WIDE];
+#ifdef BTGPU_TRIANGLE_CORES
+  float corners[3][3 * BTGPU_WIDE];
+#endif
+#ifdef BTGPU_CURVED
+  float ups[3 * BTGPU_WIDE], radii[BTGPU_WIDE], halfLengths[BTGPU_WIDE];
+#endif
+} WideCores;
+
 // The pairs that wait to be looked at together.
 typedef struct GjkBlock {
   int count;
   CorePair pairs[BTGPU_WIDE];
+  WideCores a, b;
+  float turns[3][3 * BTGPU_WIDE], offsets[3 * BTGPU_WIDE];
   float limits[BTGPU_WIDE];
   float first[3 * BTGPU_WIDE];  // the first vertex: x of all, y, z
 #ifdef BTGPU_CURVED
@@ -153,38 +173,115 @@ static LaneMask nearestOnSimplexWide(WideSimplex* s, LaneMask lanes, Lanes3* nea
   return outside;
 }
 
-// The vertices of the differences B - A farthest against v, of the lanes given.
-static void supportsWide(const GjkBlock* g, Hulls hulls, LaneMask lanes, Lanes3 v, Lanes3* points, WideOrigin* origins) {
-  float directions[3 * BTGPU_WIDE], at[3 * BTGPU_WIDE];
-  int isIn[BTGPU_WIDE];
-#ifdef BTGPU_CURVED
-  float from[3 * BTGPU_WIDE];
-#else
-  int a[BTGPU_WIDE], b[BTGPU_WIDE];
+static void addCore(WideCores* cores, int l, const Core* core) {
+  cores->kinds[l] = core->isHull ? KIND_LIST : KIND_BOX;
+  setLane(cores->extents, l, core->extents);
+#ifdef BTGPU_TRIANGLE_CORES
+  if (core->isTriangle) {
+    cores->kinds[l] = KIND_TRIANGLE;
+    setLane(cores->corners[0], l, core->triangle.a);
+    setLane(cores->corners[1], l, core->triangle.b);
+    setLane(cores->corners[2], l, core->triangle.c);
+  }
 #endif
-  storeLanes3(v, directions);
-  vstore16(lanes, 0, isIn);
+#ifdef BTGPU_CURVED
+  if (core->curved == SHAPE_MULTI_SPHERE) {
+    cores->kinds[l] = KIND_LIST;
+  } else if (core->curved) {
+    cores->kinds[l] = core->curved == SHAPE_CONE ? KIND_CONE : KIND_CYLINDER;
+    setLane(cores->ups, l, unitVector(core->axis));
+    cores->radii[l] = core->radius;
+    cores->halfLengths[l] = core->halfLength;
+  }
+#endif
+}
+
+#ifdef BTGPU_CURVED
+// roundSupport
+WIDE Lanes3 roundSupportWide(const WideCores* cores, LaneMask isCone, Lanes3 direction) {
+  const Lanes3 up = loadLanes3(cores->ups);
+  const Lanes radius = vload16(0, cores->radii), halfLength = vload16(0, cores->halfLengths);
+  const Lanes along = dotWide(direction, up);
+  const Lanes3 across = subtractWide(direction, timesWide(up, along));
+  const Lanes size = sqrt(dotWide(across, across));
+  const Lanes3 rim = timesWide(across, pick(size > 0.0f, radius / size, (Lanes)0.0f)), tip = timesWide(up, halfLength);
+  const Lanes3 ofCylinder = addWide(rim, timesWide(up, pick(along < 0.0f, -halfLength, halfLength)));
+  const LaneMask atTip = along * halfLength > size * radius - along * halfLength;
+  return pick3(isCone, pick3(atTip, tip, subtractWide(rim, tip)), ofCylinder);
+}
+#endif
+
+// The cores' points farthest along the directions, in their own axes, of the lanes given; where cores have vertices,
+// vertices[] says which they are.
+static Lanes3 coreSupportsWide(const GjkBlock* g, int ofA, Hulls hulls, LaneMask lanes, Lanes3 direction,
+                               int16* vertices) {
+  const WideCores* cores = ofA ? &g->a : &g->b;
+  const int16 kind = vload16(0, cores->kinds);
+  const Lanes3 extents = loadLanes3(cores->extents);
+  const LaneMask upX = (direction.x > 0.0f) & (extents.x > 0.0f), upY = (direction.y > 0.0f) & (extents.y > 0.0f),
+                 upZ = (direction.z > 0.0f) & (extents.z > 0.0f);
+  Lanes3 best;
+  best.x = pick(upX, extents.x, -extents.x);
+  best.y = pick(upY, extents.y, -extents.y);
+  best.z = pick(upZ, extents.z, -extents.z);
+  *vertices = (upX & 1) | (upY & 2) | (upZ & 4);
+#ifdef BTGPU_TRIANGLE_CORES
+  const LaneMask isTriangle = lanes & (kind == KIND_TRIANGLE);
+  if (anyLane(isTriangle)) {
+    const Lanes3 first = loadLanes3(cores->corners[0]), second = loadLanes3(cores->corners[1]),
+                 third = loadLanes3(cores->corners[2]);
+    const Lanes a = dotWide(first, direction), b = dotWide(second, direction), c = dotWide(third, direction);
+    const LaneMask isThird = (c > a) & (c > b), isSecond = ~isThird & (b > a);
+    best = pick3(isTriangle, pick3(isThird, third, pick3(isSecond, second, first)), best);
+    *vertices = isTriangle ? (isThird & 2) | (isSecond & 1) : *vertices;
+  }
+#endif
+#ifdef BTGPU_CURVED
+  const LaneMask isRound = lanes & (kind >= KIND_CYLINDER);
+  if (anyLane(isRound)) best = pick3(isRound, roundSupportWide(cores, kind == KIND_CONE, direction), best);
+#endif
+  const LaneMask isList = lanes & (kind == KIND_LIST);
+  if (!anyLane(isList)) return best;
+  float directions[3 * BTGPU_WIDE], at[3 * BTGPU_WIDE];
+  int isIn[BTGPU_WIDE], found[BTGPU_WIDE];
+  storeLanes3(direction, directions);
+  vstore16(isList, 0, isIn);
   for (int l = 0; l < g->count; ++l) {
     if (!isIn[l]) continue;
-    const float4 direction = laneOf(directions, l);
-    const CorePair* pair = &g->pairs[l];
+    const Core* core = ofA ? &g->pairs[l].a : &g->pairs[l].b;
 #ifdef BTGPU_CURVED
-    const DifferencePoint p = differenceSupport(*pair, hulls, -direction);
-    setLane(at, l, p.point);
-    setLane(from, l, p.onA);
-#else
-    a[l] = coreSupport(pair->a, hulls, direction);
-    b[l] = coreSupport(pair->b, hulls, -mulTransposed(pair->turn, direction));
-    setLane(at, l, pair->offset + mulMatrix(pair->turn, coreVertex(pair->b, hulls, b[l])) -
-                       coreVertex(pair->a, hulls, a[l]));
+    if (core->curved) {
+      setLane(at, l, spheresSupport(*core, hulls, laneOf(directions, l)));
+      continue;
+    }
 #endif
+    found[l] = farthestVertexWide(hulls.vertices + core->firstVertex, core->vertexCount, laneOf(directions, l));
+    setLane(at, l, hulls.vertices[core->firstVertex + found[l]]);
   }
-  *points = loadLanes3(at);
+  *vertices = isList ? vload16(0, found) : *vertices;
+  return pick3(isList, loadLanes3(at), best);
+}
+
+// The vertices of the differences B - A farthest against v, of the lanes given.
+static void supportsWide(const GjkBlock* g, Hulls hulls, LaneMask lanes, Lanes3 v, Lanes3* points, WideOrigin* origins) {
+  WideMatrix turn;
+  turn.row0 = loadLanes3(g->turns[0]);
+  turn.row1 = loadLanes3(g->turns[1]);
+  turn.row2 = loadLanes3(g->turns[2]);
+  int16 a, b;
+  const Lanes3 onA = coreSupportsWide(g, 1, hulls, lanes, v, &a);
 #ifdef BTGPU_CURVED
-  *origins = loadLanes3(from);
+  const Lanes3 inB = mulTransposedWide(turn, timesWide(v, (Lanes)-1.0f));
 #else
-  origins->a = vload16(0, a);
-  origins->b = vload16(0, b);
+  const Lanes3 inB = timesWide(mulTransposedWide(turn, v), (Lanes)-1.0f);
+#endif
+  const Lanes3 onB = coreSupportsWide(g, 0, hulls, lanes, inB, &b);
+  *points = subtractWide(addWide(loadLanes3(g->offsets), mulMatrixWide(turn, onB)), onA);
+#ifdef BTGPU_CURVED
+  *origins = onA;
+#else
+  origins->a = a;
+  origins->b = b;
 #endif
 }
 
@@ -265,6 +362,12 @@ static void finishLane(GjkBlock* g, Hulls hulls, int l, float4 v, const float sh
 static void addToBlock(GjkBlock* g, const CorePair* pair, float limit, ClosestBegun begun) {
   const int l = g->count;
   g->pairs[l] = *pair;
+  addCore(&g->a, l, &pair->a);
+  addCore(&g->b, l, &pair->b);
+  setLane(g->turns[0], l, pair->turn.row0);
+  setLane(g->turns[1], l, pair->turn.row1);
+  setLane(g->turns[2], l, pair->turn.row2);
+  setLane(g->offsets, l, pair->offset);
   g->limits[l] = limit;
   setLane(g->first, l, begun.point);
 #ifdef BTGPU_CURVED
