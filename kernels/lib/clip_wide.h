@@ -24,13 +24,6 @@ typedef struct WideSides {
   int clips;      // 0: no region over it
 } WideSides;
 
-WIDE Lanes3 broadcastWide(float4 v) {
-  Lanes3 r;
-  r.x = (Lanes)v.x;
-  r.y = (Lanes)v.y;
-  r.z = (Lanes)v.z;
-  return r;
-}
 WIDE Lanes3 broadcastFrom(const float* from, int lane) {
   Lanes3 r;
   r.x = (Lanes)from[lane];

@@ -313,9 +313,17 @@ LIB float4 faceCorner(Core core, Hulls hulls, int face, int k) {
   const int u = (axis + (positive ? 1 : 2)) % 3, v = (axis + (positive ? 2 : 1)) % 3;
   return boxVertex(core.extents, positive << axis | (k == 1 || k == 2) << u | (k >= 2) << v);
 }
+LIB int boxFaceAlong(float4 direction) {
+  const float4 size = abs3(direction);
+  if (size.z > size.x && size.z > size.y) return direction.z > 0.0f ? 5 : 4;
+  if (size.y > size.x) return direction.y > 0.0f ? 3 : 2;
+  return direction.x > 0.0f ? 1 : 0;
+}
 // The face that looks most along the direction, in the core's own axes.
 LIB int faceAlong(Core core, Hulls hulls, float4 direction) {
   if (IS_CURVED(core)) return patchAlong(core, direction);
+  IF_TRIANGLE(core, return dot3(core.triangle.plane, direction) < 0.0f ? 1 : 0;)
+  if (!core.isHull) return boxFaceAlong(direction);
   int best = 0;
   float most = -2.0f;
   for (int f = 0; f < core.faceCount; ++f) {

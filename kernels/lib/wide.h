@@ -195,6 +195,19 @@ WIDE WideMatrix matrixFromQuaternionWide(Lanes4 q) {
   return m;
 }
 
+WIDE Lanes3 broadcastWide(float4 v) {
+  Lanes3 r;
+  r.x = (Lanes)v.x;
+  r.y = (Lanes)v.y;
+  r.z = (Lanes)v.z;
+  return r;
+}
+WIDE Lanes3 abs3Wide(Lanes3 v) {
+  v.x = fabs(v.x);
+  v.y = fabs(v.y);
+  v.z = fabs(v.z);
+  return v;
+}
 WIDE Lanes3 pick3(LaneMask mask, Lanes3 yes, Lanes3 no) {
   yes.x = pick(mask, yes.x, no.x);
   yes.y = pick(mask, yes.y, no.y);

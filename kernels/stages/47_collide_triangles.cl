@@ -12,6 +12,7 @@
 #endif
 #if defined(BTGPU_SHAPE_CPU) && !defined(BTGPU_SPHERES)
 #include "../lib/gjk_wide.h"
+#include "../lib/triangle_wide.h"
 #define GJK_IN_BLOCKS
 #endif
 #include "../lib/contact_threshold.h"
@@ -94,21 +95,29 @@ typedef struct NearHit {
   float limit;
 } NearHit;
 
-static int nearHitOf(const MeshPair* m, Triangle t, NearHit* hit) {
+// Of A's own box.
+static float4 halfExtentsOf(const MeshPair* m) {
   // Of a capsule only the extents are without the margin.
   const float radius = m->a.type == SHAPE_CAPSULE ? m->a.margin : 0.0f;
-  const float4 halfExtents = xyz(m->a.extents) + vec3(radius, radius, radius);
-  if (!mayTouch(halfExtents, m->a.centre, t, m->mesh.margin + m->threshold)) return 0;
-  hit->limit = m->a.margin + m->mesh.margin + m->threshold;
-  hit->cores.a = coreOf(m->a);
-  hit->cores.b = triangleCore(t, m->mesh.margin);
-  hit->cores.turn.row0 = vec3(1.0f, 0.0f, 0.0f);
-  hit->cores.turn.row1 = vec3(0.0f, 1.0f, 0.0f);
-  hit->cores.turn.row2 = vec3(0.0f, 0.0f, 1.0f);
-  hit->cores.offset = vec3(0.0f, 0.0f, 0.0f);
-  hit->cores.size = length3(m->a.centre) + length3(hit->cores.a.extents) + t.size;
-  hit->start = t.plane.w - dot3(t.plane, m->a.centre) < 0.0f ? -xyz(t.plane) : xyz(t.plane);
-  return 1;
+  return xyz(m->a.extents) + vec3(radius, radius, radius);
+}
+
+static int mayBeNear(const MeshPair* m, Triangle t) {
+  return mayTouch(halfExtentsOf(m), m->a.centre, t, m->mesh.margin + m->threshold);
+}
+
+static NearHit nearHitOf(const MeshPair* m, Triangle t) {
+  NearHit hit;
+  hit.limit = m->a.margin + m->mesh.margin + m->threshold;
+  hit.cores.a = coreOf(m->a);
+  hit.cores.b = triangleCore(t, m->mesh.margin);
+  hit.cores.turn.row0 = vec3(1.0f, 0.0f, 0.0f);
+  hit.cores.turn.row1 = vec3(0.0f, 1.0f, 0.0f);
+  hit.cores.turn.row2 = vec3(0.0f, 0.0f, 1.0f);
+  hit.cores.offset = vec3(0.0f, 0.0f, 0.0f);
+  hit.cores.size = length3(m->a.centre) + length3(hit.cores.a.extents) + t.size;
+  hit.start = t.plane.w - dot3(t.plane, m->a.centre) < 0.0f ? -xyz(t.plane) : xyz(t.plane);
+  return hit;
 }
 
 // Contacts, once it is known where the two are closest.
@@ -127,8 +136,8 @@ static void collideCores(CorePair cores, Hulls hulls, int what, ClosestFeatures 
 
 #ifndef GJK_IN_BLOCKS
 static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
-  NearHit hit;
-  if (!nearHitOf(m, t, &hit)) return;
+  if (!mayBeNear(m, t)) return;
+  const NearHit hit = nearHitOf(m, t);
   ClosestFeatures found;
   found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
 #ifdef BTGPU_CURVED
@@ -173,32 +182,59 @@ static void collideBlock(CHECKS HitBlock* block, Hulls hulls, __global TriangleC
   block->gjk.count = 0;
 }
 
-// A hit's contacts, or its place in the block.
+// The contacts of a hit that may have some, or its place in the block.
 static void collideOrWait(CHECKS const MeshPair* m, Triangle t, uint h, Hulls hulls, HitBlock* block,
                           __global TriangleContacts* touches) {
   RawContacts raw = noContacts();
-  NearHit hit;
-  if (nearHitOf(m, t, &hit)) {
-    ClosestFeatures found;
-    ClosestBegun begun;
-    found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
+  const NearHit hit = nearHitOf(m, t);
+  ClosestFeatures found;
+  ClosestBegun begun;
+  found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
 #ifdef BTGPU_CURVED
-    const int what = beginCurved(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
+  const int what = beginCurved(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
 #else
-    const int what = beginClosest(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
+  const int what = beginClosest(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
 #endif
-    if (what == CORES_OPEN) {
-      const int l = block->gjk.count;
-      block->hits[l] = h;
-      block->ra[l] = m->ra;
-      block->thresholds[l] = m->threshold;
-      addToBlock(&block->gjk, &hit.cores, hit.limit, begun);
-      if (block->gjk.count == BTGPU_WIDE) collideBlock(WITH_CHECKS block, hulls, touches);
-      return;
-    }
-    collideCores(hit.cores, hulls, what, found, m->ra, m->threshold, &raw);
+  if (what == CORES_OPEN) {
+    const int l = block->gjk.count;
+    block->hits[l] = h;
+    block->ra[l] = m->ra;
+    block->thresholds[l] = m->threshold;
+    addToBlock(&block->gjk, &hit.cores, hit.limit, begun);
+    if (block->gjk.count == BTGPU_WIDE) collideBlock(WITH_CHECKS block, hulls, touches);
+    return;
   }
+  collideCores(hit.cores, hulls, what, found, m->ra, m->threshold, &raw);
   storeTouches(WITH_CHECKS &raw, h, touches);
+}
+
+// Hits h, h + 1, ... of one pair, at most BTGPU_WIDE and none beyond `end`; returns how many.
+static uint collideRun(CHECKS const MeshPair* m, uint h, uint end, __global const TriangleHit* hits, Hulls hulls,
+                       __global const MeshTriangle* meshTriangles, HitBlock* block, __global TriangleContacts* touches) {
+  uint index[BTGPU_WIDE];
+  const uint pair = AT(hits, h).pair;
+  uint count = 0;
+  while (count < BTGPU_WIDE && h + count < end && AT(hits, h + count).pair == pair) {
+    index[count] = AT(hits, h + count).triangle;
+    ASSERT(index[count] < LENGTH(meshTriangles), index[count], h + count);
+    ++count;
+  }
+  for (uint l = count; l < BTGPU_WIDE; ++l) index[l] = index[0];
+  WideTriangles triangles;
+  trianglesWide(meshTriangles, index, m->turn, m->offset, halfExtentsOf(m), m->a.centre, m->mesh.margin + m->threshold,
+                &triangles);
+  const RawContacts none = noContacts();
+  for (uint l = 0; l < count; ++l) {
+    if (triangles.mayTouch[l]) {
+      const Triangle t = triangleOf(&triangles, (int)l);
+      if (!triangles.slivers[l] || mayBeNear(m, t)) {
+        collideOrWait(WITH_CHECKS m, t, h + l, hulls, block, touches);
+        continue;
+      }
+    }
+    storeTouches(WITH_CHECKS &none, h + l, touches);
+  }
+  return count;
 }
 
 #endif
@@ -230,12 +266,11 @@ KERNEL collideTriangles(CHECKS __global const StepCounters* counters, __global c
                         oldManifolds);
     }
     if (!isMine(pair.a)) continue;
-    const Triangle triangle = triangleInA(&pair, AT(meshTriangles, hit.triangle));
 #ifdef GJK_IN_BLOCKS
-    collideOrWait(WITH_CHECKS &pair, triangle, h, hulls, &block, touches);
+    h += collideRun(WITH_CHECKS &pair, h, h_end, hits, hulls, meshTriangles, &block, touches) - 1;
 #else
     RawContacts raw = noContacts();
-    collide(&pair, triangle, hulls, &raw);
+    collide(&pair, triangleInA(&pair, AT(meshTriangles, hit.triangle)), hulls, &raw);
     storeTouches(WITH_CHECKS &raw, h, touches);
 #endif
   }
