@@ -100,7 +100,8 @@ WIDE void deepestOfRegion(PointPicker* picker, const WideRegion* region) {
 }
 
 // The corner with the highest score above `least`, the first of several, is pick `which`.
-WIDE void mostOfRegion(PointPicker* picker, const WideRegion* region, Lanes enter, Lanes leave, float least, int which) {
+WIDE void mostOfRegion(PointPicker* picker, const WideRegion* region, Lanes enter, Lanes leave, float least,
+                       int which) {
   enter = pick((region->ends[0].w < INFINITY) & (enter > least), enter, (Lanes)-INFINITY);
   leave = pick((region->ends[1].w < INFINITY) & (leave > least), leave, (Lanes)-INFINITY);
   const int16 edge = (int16)(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);

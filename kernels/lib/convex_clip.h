@@ -147,8 +147,8 @@ static void pickOfRegionWide(PointPicker* picker, Hulls hulls, const FaceView* o
   const float least = -INFINITY;
 #endif
   WideRegion region;
-  clipFacesWide(from, to, onB->corners, onA->corners, sidesOf(onA, axis), sidesOf(onB, axis), axis, picker->limit, least,
-                &region);
+  clipFacesWide(from, to, onB->corners, onA->corners, sidesOf(onA, axis), sidesOf(onB, axis), axis, picker->limit,
+                least, &region);
   deepestOfRegion(picker, &region);
   offerClosest(picker, c);
   while (nextPass(picker)) farthestOfRegion(picker, &region);

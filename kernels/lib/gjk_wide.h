@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // GJK for BTGPU_WIDE pairs of cores at once: the loops of closestFeatures (convex.h) and, with BTGPU_CURVED, of
-// closestCurved (curved.h), from the vertex on that they begin with. Each lane takes the steps that its pair takes there,
-// rounded alike, so that results are the same bits. Farthest points of hulls and of several spheres are looked for pair by
-// pair. OpenCL C only.
+// closestCurved (curved.h), from the vertex on that they begin with. Each lane takes the steps that its pair takes
+// there, rounded alike, so that results are the same bits. Farthest points of hulls and of several spheres are looked
+// for pair by pair. OpenCL C only.
 #ifndef BTGPU_LIB_GJK_WIDE_H
 #define BTGPU_LIB_GJK_WIDE_H
 #ifdef BTGPU_CURVED
@@ -94,7 +94,8 @@ WIDE Lanes3 nearestOnSegmentWide(Lanes3 p, Lanes3 q, Lanes* share) {
 }
 
 // nearestOnTriangle; shares of p, q, r.
-static void nearestOnTriangleWide(const Lanes3* pp, const Lanes3* pq, const Lanes3* pr, Lanes* shares, Lanes3* nearest) {
+static void nearestOnTriangleWide(const Lanes3* pp, const Lanes3* pq, const Lanes3* pr, Lanes* shares,
+                                  Lanes3* nearest) {
   const Lanes3 p = *pp, q = *pq, r = *pr;
   const Lanes3 normal = crossWide(subtractWide(q, p), subtractWide(r, p));
   const Lanes lengthSqr = dotWide(normal, normal);
@@ -110,7 +111,8 @@ static void nearestOnTriangleWide(const Lanes3* pp, const Lanes3* pq, const Lane
   shares[0] = pick(inside, atP / sum, pick(byPq, 1.0f - ofPq, pick(byQr, zero, ofRp)));
   shares[1] = pick(inside, atQ / sum, pick(byPq, ofPq, pick(byQr, 1.0f - ofQr, zero)));
   shares[2] = pick(inside, atR / sum, pick(byPq, zero, pick(byQr, ofQr, 1.0f - ofRp)));
-  *nearest = pick3(inside, timesWide(normal, dotWide(normal, p) / lengthSqr), pick3(byPq, onPq, pick3(byQr, onQr, onRp)));
+  const Lanes3 onSides = pick3(byPq, onPq, pick3(byQr, onQr, onRp));
+  *nearest = pick3(inside, timesWide(normal, dotWide(normal, p) / lengthSqr), onSides);
 }
 
 WIDE LaneMask outsideFaceWide(Lanes3 p, Lanes3 q, Lanes3 r, Lanes3 other) {
@@ -144,8 +146,7 @@ static LaneMask nearestOnSimplexWide(WideSimplex* s, LaneMask lanes, Lanes3* nea
     Lanes best = (Lanes)INFINITY;
     for (int other = 0; other < 4; ++other) {
       const int i = other == 0 ? 1 : 0, j = other <= 1 ? 2 : 1, k = other <= 2 ? 3 : 2;
-      LaneMask better =
-          four & outsideFaceWide(s->points[i], s->points[j], s->points[k], s->points[other]);
+      LaneMask better = four & outsideFaceWide(s->points[i], s->points[j], s->points[k], s->points[other]);
       if (!anyLane(better)) continue;
       nearestOnTriangleWide(&s->points[i], &s->points[j], &s->points[k], of, &v);
       const Lanes lengthSqr = dotWide(v, v);
@@ -263,7 +264,8 @@ static Lanes3 coreSupportsWide(const GjkBlock* g, int ofA, Hulls hulls, LaneMask
 }
 
 // The vertices of the differences B - A farthest against v, of the lanes given.
-static void supportsWide(const GjkBlock* g, Hulls hulls, LaneMask lanes, Lanes3 v, Lanes3* points, WideOrigin* origins) {
+static void supportsWide(const GjkBlock* g, Hulls hulls, LaneMask lanes, Lanes3 v, Lanes3* points,
+                         WideOrigin* origins) {
   WideMatrix turn;
   turn.row0 = loadLanes3(g->turns[0]);
   turn.row1 = loadLanes3(g->turns[1]);
@@ -299,7 +301,7 @@ WIDE LaneMask hasPoint(const WideSimplex* s, Lanes3 point, WideOrigin origin) {
   return has;
 }
 
-// Whether the cores touch: `smallSqr` of closestFeatures.
+// The lanes whose cores touch.
 WIDE LaneMask touchWide(Lanes distanceSqr, Lanes smallSqr) {
 #ifdef BTGPU_CURVED
   return ~(distanceSqr > smallSqr);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Up to BTGPU_WIDE triangles of a mesh, all against the box around the shape that they meet: makeTriangle and
-// mayTouch (triangle.h), with the same roundings. OpenCL C only.
+// mayTouch (stage 47), with the same roundings. OpenCL C only.
 #ifndef BTGPU_LIB_TRIANGLE_WIDE_H
 #define BTGPU_LIB_TRIANGLE_WIDE_H
 #include "triangle.h"
@@ -27,7 +27,8 @@ WIDE LaneMask besideWide(Lanes3 p, Lanes3 q, Lanes3 normal, Lanes3 halfExtents, 
 }
 
 // One corner of all in A's axes. `turn`, `offset`: from the mesh's.
-WIDE Lanes3 cornerWide(__global const MeshTriangle* triangles, int corner, const uint* index, Matrix3 turn, float4 offset) {
+WIDE Lanes3 cornerWide(__global const MeshTriangle* triangles, int corner, const uint* index, Matrix3 turn,
+                       float4 offset) {
   const Lanes3 v = xyzWide(gatherWide((__global const float4*)triangles + corner, 4, index));
   WideMatrix m;
   m.row0 = broadcastWide(turn.row0);

@@ -44,8 +44,8 @@ SINGLE_KERNEL countConvexPairs(__global const StepCounters* counters, __global c
 }
 
 // Writes what was found of the pair at position k; i: its index.
-static void storeClosest(CHECKS CorePair cores, Hulls hulls, Matrix3 ra, int what, ClosestFeatures found, uint k, uint i,
-                         __global RawContacts* contacts, __global ClosestFeatures* closest, __global uint* near,
+static void storeClosest(CHECKS CorePair cores, Hulls hulls, Matrix3 ra, int what, ClosestFeatures found, uint k,
+                         uint i, __global RawContacts* contacts, __global ClosestFeatures* closest, __global uint* near,
                          __global uint* overlap) {
 #ifdef BTGPU_CURVED
   if (what == CORES_NEAR) preferFlat(cores, hulls, FACE_AS_GOOD * cores.size, &found);

@@ -175,8 +175,8 @@ static void collideBlock(CHECKS HitBlock* block, Hulls hulls, __global TriangleC
   closestWide(&block->gjk, hulls);
   for (int l = 0; l < block->gjk.count; ++l) {
     RawContacts raw = noContacts();
-    collideCores(block->gjk.pairs[l], hulls, block->gjk.what[l], block->gjk.found[l], block->ra[l], block->thresholds[l],
-                 &raw);
+    collideCores(block->gjk.pairs[l], hulls, block->gjk.what[l], block->gjk.found[l], block->ra[l],
+                 block->thresholds[l], &raw);
     storeTouches(WITH_CHECKS &raw, block->hits[l], touches);
   }
   block->gjk.count = 0;
@@ -210,7 +210,8 @@ static void collideOrWait(CHECKS const MeshPair* m, Triangle t, uint h, Hulls hu
 
 // Hits h, h + 1, ... of one pair, at most BTGPU_WIDE and none beyond `end`; returns how many.
 static uint collideRun(CHECKS const MeshPair* m, uint h, uint end, __global const TriangleHit* hits, Hulls hulls,
-                       __global const MeshTriangle* meshTriangles, HitBlock* block, __global TriangleContacts* touches) {
+                       __global const MeshTriangle* meshTriangles, HitBlock* block,
+                       __global TriangleContacts* touches) {
   uint index[BTGPU_WIDE];
   const uint pair = AT(hits, h).pair;
   uint count = 0;
