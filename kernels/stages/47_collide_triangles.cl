@@ -44,10 +44,12 @@ static MeshPair meshPairOf(CHECKS Pair pair, __global const BodyInfo* infos, __g
   return m;
 }
 
+#ifndef GJK_IN_BLOCKS
 static Triangle triangleInA(const MeshPair* m, MeshTriangle t) {
   return makeTriangle(m->offset + mulMatrix(m->turn, t.a), m->offset + mulMatrix(m->turn, t.b),
                       m->offset + mulMatrix(m->turn, t.c));
 }
+#endif
 
 #ifdef BTGPU_SPHERES
 
