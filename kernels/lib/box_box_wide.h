@@ -24,7 +24,6 @@ WIDE Lanes3 makeWide(Lanes x, Lanes y, Lanes z) {
   v.z = z;
   return v;
 }
-WIDE Lanes3 abs3Wide(Lanes3 v) { return makeWide(fabs(v.x), fabs(v.y), fabs(v.z)); }
 
 WIDE void takeWide(WideSearch* best, LaneMask better, Lanes separation, Lanes3 normal, int code) {
   better &= ~best->separated;

@@ -313,9 +313,17 @@ LIB float4 faceCorner(Core core, Hulls hulls, int face, int k) {
   const int u = (axis + (positive ? 1 : 2)) % 3, v = (axis + (positive ? 2 : 1)) % 3;
   return boxVertex(core.extents, positive << axis | (k == 1 || k == 2) << u | (k >= 2) << v);
 }
+LIB int boxFaceAlong(float4 direction) {
+  const float4 size = abs3(direction);
+  if (size.z > size.x && size.z > size.y) return direction.z > 0.0f ? 5 : 4;
+  if (size.y > size.x) return direction.y > 0.0f ? 3 : 2;
+  return direction.x > 0.0f ? 1 : 0;
+}
 // The face that looks most along the direction, in the core's own axes.
 LIB int faceAlong(Core core, Hulls hulls, float4 direction) {
   if (IS_CURVED(core)) return patchAlong(core, direction);
+  IF_TRIANGLE(core, return dot3(core.triangle.plane, direction) < 0.0f ? 1 : 0;)
+  if (!core.isHull) return boxFaceAlong(direction);
   int best = 0;
   float most = -2.0f;
   for (int f = 0; f < core.faceCount; ++f) {
@@ -445,6 +453,7 @@ LIB_INLINED int addSupport(REF(Simplex) s, CorePair pair, Hulls hulls, float4 di
 #define CORES_NEAR 1     // closest features found
 #define CORES_OVERLAP 2  // or touch: SAT has to say how they leave each other
 #define CORES_ON_FACE 3  // closest features found, one of them a face, whose normal is the axis
+#define CORES_OPEN 4     // not known yet
 
 // A direction in 31 bits, right within 1 in 500: good enough to begin with. Never 0.
 LIB uint packAxis(float4 unit) {
@@ -505,18 +514,39 @@ LIB int closestOnFaceOfB(CorePair pair, Hulls hulls, float4 axis, float limit, R
   return separation < limit ? CORES_ON_FACE : CORES_FAR;
 }
 
-// Closest features of two cores nearer than `limit`. `start`: a guess of the axis from A to B. Of cores farther apart
-// only normal is set, to an axis along which they are, of any length.
-LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, REF(ClosestFeatures) out) {
+// The vertex of the difference that GJK begins with, and those of A and B that it came from.
+STRUCT(FirstVertex) {
+  float4 point;
+  int a, b;
+};
+
+// The beginning of closestFeatures: CORES_OPEN if it takes GJK to find them.
+LIB int beginClosest(CorePair pair, Hulls hulls, float4 start, float limit, REF(FirstVertex) first,
+                     REF(ClosestFeatures) out) {
   Simplex s;
   s.count = 0;
   addSupport(&s, pair, hulls, start);
   out->normal = start;
+  first->point = s.points[0];
+  first->a = s.a[0];
+  first->b = s.b[0];
   const float ahead = dot3(start, s.points[0]);
   if (ahead > 0.0f && ahead * ahead > limit * limit * lengthSqr3(start)) return CORES_FAR;
   int onFace = closestOnFaceOfA(pair, hulls, start, limit, out);
   if (onFace == CORES_OVERLAP) onFace = closestOnFaceOfB(pair, hulls, start, limit, out);
-  if (onFace != CORES_OVERLAP) return onFace;
+  return onFace == CORES_OVERLAP ? CORES_OPEN : onFace;
+}
+
+// Closest features of two cores nearer than `limit`. `start`: a guess of the axis from A to B. Of cores farther apart
+// only normal is set, to an axis along which they are, of any length. gjk_wide.h has the same for many pairs at once.
+LIB int closestFeatures(CorePair pair, Hulls hulls, float4 start, float limit, REF(ClosestFeatures) out) {
+  FirstVertex first;
+  const int begun = beginClosest(pair, hulls, start, limit, &first, out);
+  if (begun != CORES_OPEN) return begun;
+  Simplex s;
+  s.points[0] = first.point;
+  s.a[0] = first.a;
+  s.b[0] = first.b;
   s.points[0].w = 1.0f;
   s.count = 1;
   float4 v = xyz(s.points[0]);

@@ -7,6 +7,9 @@
 #define BTGPU_LIB_CONVEX_CLIP_H
 #include "convex.h"
 #include "pick_points.h"
+#ifdef BTGPU_WIDE_SUPPORT
+#include "clip_wide.h"
+#endif
 
 BTGPU_BEGIN
 
@@ -95,6 +98,63 @@ LIB void offerRegion(REF(PointPicker) picker, Hulls hulls, const FaceView* onA, 
   }
 }
 
+// The closest point is the deepest where the region's corners are not: the nearest face of the other shape need not be
+// the one that touches.
+LIB void offerClosest(REF(PointPicker) picker, ClosestFeatures c) {
+  if (picker->count > 0 && picker->points[0].w <= c.normal.w + 2.0f * picker->slack) return;
+  picker->count += 1;
+  pickPoint(picker, 0, withW(c.onB, c.normal.w), 0.0f);
+}
+
+LIB void pickOfRegion(REF(PointPicker) picker, Hulls hulls, const FaceView* onA, const FaceView* onB,
+                      ClosestFeatures c) {
+  do {
+    offerRegion(picker, hulls, onA, onB, xyz(c.normal));
+    if (picker->pass == 0) offerClosest(picker, c);
+  } while (nextPass(picker));
+}
+
+#ifdef BTGPU_WIDE_SUPPORT
+static void edgesOf(const FaceView* v, Hulls hulls, int first, float* from, float* to) {
+  for (int k = 0; k < v->corners; ++k) {
+    const float4 corner = cornerOf(v, hulls, k);
+    const int here = first + k, before = k > 0 ? here - 1 : first + v->corners - 1;
+    from[here] = to[before] = corner.x;
+    from[BTGPU_WIDE + here] = to[BTGPU_WIDE + before] = corner.y;
+    from[2 * BTGPU_WIDE + here] = to[2 * BTGPU_WIDE + before] = corner.z;
+  }
+}
+
+static WideSides sidesOf(const FaceView* v, float4 axis) {
+  WideSides s;
+  s.plane = v->plane;
+  s.facing = dot3(v->plane, axis);
+  s.winding = v->winding;
+  s.clips = v->corners >= 3 && v->core.isPolytope && !(fabs(s.facing) < FACE_ACROSS_AXIS);
+  return s;
+}
+
+// As pickOfRegion, for faces that have at most BTGPU_WIDE corners together.
+static void pickOfRegionWide(PointPicker* picker, Hulls hulls, const FaceView* onA, const FaceView* onB,
+                             ClosestFeatures c) {
+  float from[3 * BTGPU_WIDE], to[3 * BTGPU_WIDE];
+  edgesOf(onB, hulls, 0, from, to);
+  edgesOf(onA, hulls, onB->corners, from, to);
+  const float4 axis = xyz(c.normal);
+#ifdef BTGPU_TRIANGLE_CORES
+  const float least = picker->least;
+#else
+  const float least = -INFINITY;
+#endif
+  WideRegion region;
+  clipFacesWide(from, to, onB->corners, onA->corners, sidesOf(onA, axis), sidesOf(onB, axis), axis, picker->limit,
+                least, &region);
+  deepestOfRegion(picker, &region);
+  offerClosest(picker, c);
+  while (nextPass(picker)) farthestOfRegion(picker, &region);
+}
+#endif
+
 // Contacts of a pair, the deepest last: what is added to a full manifold replaces another point, which must not be the
 // deepest one, and the old points' depths are those of the last step. `threshold`: how far apart surfaces may be; `ra`:
 // A's axes to the world's.
@@ -117,15 +177,14 @@ LIB void collideConvex(CorePair pair, Hulls hulls, ClosestFeatures c, Matrix3 ra
     const float alongA = pair.a.isPolytope && onA.corners >= 3 ? dot3(onA.plane, axis) : 0.0f;
     const float alongB = pair.b.isPolytope && onB.corners >= 3 ? -dot3(onB.plane, axis) : 0.0f;
     if (fmax(alongA, alongB) > FACE_ALONG_AXIS) {
-      do {
-        offerRegion(&picker, hulls, &onA, &onB, axis);
-        // The closest point is the deepest where the region's corners are not: the nearest face of the other shape
-        // need not be the one that touches.
-        if (picker.pass == 0 && !(picker.count > 0 && picker.points[0].w <= c.normal.w + 2.0f * picker.slack)) {
-          picker.count += 1;
-          pickPoint(&picker, 0, withW(c.onB, c.normal.w), 0.0f);
-        }
-      } while (nextPass(&picker));
+#ifdef BTGPU_WIDE_SUPPORT
+      if (onA.corners + onB.corners <= BTGPU_WIDE) {
+        pickOfRegionWide(&picker, hulls, &onA, &onB, c);
+      } else
+#endif
+      {
+        pickOfRegion(&picker, hulls, &onA, &onB, c);
+      }
       found = 1;
     }
   }

@@ -48,15 +48,21 @@ LIB void putVertex(REF(Simplex) s, int slot, float4 point) {
   s->count += 1;
 }
 
-// As closestFeatures; where the cores overlap, `simplex` and `slots` are where GJK ended, to begin with.
+// The beginning of closestCurved.
+LIB int beginCurved(CorePair pair, Hulls hulls, float4 start, float limit, REF(DifferencePoint) first,
+                    REF(ClosestFeatures) out) {
+  *first = differenceSupport(pair, hulls, -start);
+  out->normal = start;
+  const float ahead = dot3(start, first->point);
+  return ahead > 0.0f && ahead * ahead > limit * limit * lengthSqr3(start) ? CORES_FAR : CORES_OPEN;
+}
+
+// As closestFeatures.
 LIB int closestCurved(CorePair pair, Hulls hulls, float4 start, float limit, REF(ClosestFeatures) out) {
   DifferencePoint slots[5];
   Simplex s;
   s.count = 0;
-  slots[0] = differenceSupport(pair, hulls, -start);
-  out->normal = start;
-  const float ahead = dot3(start, slots[0].point);
-  if (ahead > 0.0f && ahead * ahead > limit * limit * lengthSqr3(start)) return CORES_FAR;
+  if (beginCurved(pair, hulls, start, limit, &slots[0], out) == CORES_FAR) return CORES_FAR;
   putVertex(&s, 0, slots[0].point);
   s.points[0].w = 1.0f;
   float4 v = slots[0].point;

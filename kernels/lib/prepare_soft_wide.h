@@ -31,12 +31,6 @@ WIDE void makeSoftEndWide(const uint* body, const uint* safe, LaneMask moved, __
   e->held = ~moved;
 }
 
-WIDE Lanes3 pick3(LaneMask mask, Lanes3 yes, Lanes3 no) {
-  yes.x = pick(mask, yes.x, no.x);
-  yes.y = pick(mask, yes.y, no.y);
-  yes.z = pick(mask, yes.z, no.z);
-  return yes;
-}
 WIDE Lanes3 noneWide(void) {
   const Lanes3 v = {(Lanes)0.0f, (Lanes)0.0f, (Lanes)0.0f};
   return v;

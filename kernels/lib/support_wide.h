@@ -21,16 +21,8 @@ WIDE int farthestVertexWide(__global const float4* vertices, int count, float4 d
     farthest = pick(more, along, farthest);
     best = more ? index : best;
   }
-  const int8 m8 = (farthest.hi > farthest.lo) | ((farthest.hi == farthest.lo) & (best.hi < best.lo));
-  const float8 f8 = m8 ? farthest.hi : farthest.lo;
-  const int8 i8 = m8 ? best.hi : best.lo;
-  const int4 m4 = (f8.hi > f8.lo) | ((f8.hi == f8.lo) & (i8.hi < i8.lo));
-  const float4 f4 = m4 ? f8.hi : f8.lo;
-  const int4 i4 = m4 ? i8.hi : i8.lo;
-  const int2 m2 = (f4.hi > f4.lo) | ((f4.hi == f4.lo) & (i4.hi < i4.lo));
-  const float2 f2 = m2 ? f4.hi : f4.lo;
-  const int2 i2 = m2 ? i4.hi : i4.lo;
-  return (f2.y > f2.x) | ((f2.y == f2.x) & (i2.y < i2.x)) ? i2.y : i2.x;
+  float most;
+  return firstOfMost(farthest, best, &most);
 }
 
 #endif

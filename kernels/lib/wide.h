@@ -34,6 +34,22 @@ WIDE int maxLane(int16 v) {
   return max(c.x, c.y);
 }
 
+// The index of the largest value, of several as large the lowest one.
+WIDE int firstOfMost(Lanes value, int16 index, float* most) {
+  const int8 m8 = (value.hi > value.lo) | ((value.hi == value.lo) & (index.hi < index.lo));
+  const float8 f8 = m8 ? value.hi : value.lo;
+  const int8 i8 = m8 ? index.hi : index.lo;
+  const int4 m4 = (f8.hi > f8.lo) | ((f8.hi == f8.lo) & (i8.hi < i8.lo));
+  const float4 f4 = m4 ? f8.hi : f8.lo;
+  const int4 i4 = m4 ? i8.hi : i8.lo;
+  const int2 m2 = (f4.hi > f4.lo) | ((f4.hi == f4.lo) & (i4.hi < i4.lo));
+  const float2 f2 = m2 ? f4.hi : f4.lo;
+  const int2 i2 = m2 ? i4.hi : i4.lo;
+  const int last = (f2.y > f2.x) | ((f2.y == f2.x) & (i2.y < i2.x));
+  *most = last ? f2.y : f2.x;
+  return last ? i2.y : i2.x;
+}
+
 // dot3, cross3, ... of vec.h
 WIDE Lanes dotWide(Lanes3 a, Lanes3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 WIDE Lanes3 crossWide(Lanes3 a, Lanes3 b) {
@@ -177,6 +193,49 @@ WIDE WideMatrix matrixFromQuaternionWide(Lanes4 q) {
   m.row2.y = yz + wx;
   m.row2.z = 1.0f - (xx + yy);
   return m;
+}
+
+WIDE Lanes3 broadcastWide(float4 v) {
+  Lanes3 r;
+  r.x = (Lanes)v.x;
+  r.y = (Lanes)v.y;
+  r.z = (Lanes)v.z;
+  return r;
+}
+WIDE Lanes3 abs3Wide(Lanes3 v) {
+  v.x = fabs(v.x);
+  v.y = fabs(v.y);
+  v.z = fabs(v.z);
+  return v;
+}
+WIDE Lanes3 pick3(LaneMask mask, Lanes3 yes, Lanes3 no) {
+  yes.x = pick(mask, yes.x, no.x);
+  yes.y = pick(mask, yes.y, no.y);
+  yes.z = pick(mask, yes.z, no.z);
+  return yes;
+}
+
+// ---- lanes in private memory: x of all, y of all, z of all
+
+WIDE void storeLanes3(Lanes3 v, float* to) {
+  vstore16(v.x, 0, to);
+  vstore16(v.y, 1, to);
+  vstore16(v.z, 2, to);
+}
+WIDE Lanes3 loadLanes3(const float* from) {
+  Lanes3 r;
+  r.x = vload16(0, from);
+  r.y = vload16(1, from);
+  r.z = vload16(2, from);
+  return r;
+}
+WIDE float4 laneOf(const float* from, int lane) {
+  return vec3(from[lane], from[BTGPU_WIDE + lane], from[2 * BTGPU_WIDE + lane]);
+}
+WIDE void setLane(float* to, int lane, float4 v) {
+  to[lane] = v.x;
+  to[BTGPU_WIDE + lane] = v.y;
+  to[2 * BTGPU_WIDE + lane] = v.z;
 }
 
 #endif

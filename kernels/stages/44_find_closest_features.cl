@@ -9,6 +9,9 @@
 #else
 #include "../lib/convex_sat.h"
 #endif
+#ifdef BTGPU_SHAPE_CPU
+#include "../lib/gjk_wide.h"
+#endif
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
@@ -40,6 +43,43 @@ SINGLE_KERNEL countConvexPairs(__global const StepCounters* counters, __global c
       counters->overflow ? 0 : bucketFirst[BUCKET_LAST_CONVEX + 1] - bucketFirst[BUCKET_FIRST_CONVEX];
 }
 
+// Writes what was found of the pair at position k; i: its index.
+static void storeClosest(CHECKS CorePair cores, Hulls hulls, Matrix3 ra, int what, ClosestFeatures found, uint k,
+                         uint i, __global RawContacts* contacts, __global ClosestFeatures* closest, __global uint* near,
+                         __global uint* overlap) {
+#ifdef BTGPU_CURVED
+  if (what == CORES_NEAR) preferFlat(cores, hulls, FACE_AS_GOOD * cores.size, &found);
+#else
+  if (what == CORES_NEAR) preferFace(cores, hulls, &found);
+#endif
+  if (what != CORES_FAR) AT(closest, k) = found;
+  AT(near, k) = what != CORES_FAR;
+  AT(overlap, k) = what == CORES_OVERLAP;
+  AT(contacts, i).count = 0;
+  AT(contacts, i).axis = what == CORES_OVERLAP ? 0 : packAxis(mulMatrix(ra, found.normal / length3(found.normal)));
+}
+
+#ifdef BTGPU_SHAPE_CPU
+
+// Pairs that wait for GJK.
+typedef struct PairBlock {
+  GjkBlock gjk;
+  uint positions[BTGPU_WIDE], indices[BTGPU_WIDE];
+  Matrix3 ra[BTGPU_WIDE];
+} PairBlock;
+
+static void findInBlock(CHECKS PairBlock* block, Hulls hulls, __global RawContacts* contacts,
+                        __global ClosestFeatures* closest, __global uint* near, __global uint* overlap) {
+  closestWide(&block->gjk, hulls);
+  for (int l = 0; l < block->gjk.count; ++l) {
+    storeClosest(WITH_CHECKS block->gjk.pairs[l], hulls, block->ra[l], block->gjk.what[l], block->gjk.found[l],
+                 block->positions[l], block->indices[l], contacts, closest, near, overlap);
+  }
+  block->gjk.count = 0;
+}
+
+#endif
+
 // Begins with the normal of the last step, or with the axis that the two were apart along. Of the pair at position k:
 // near[k] is 1 where a contact is possible, overlap[k] where the cores overlap and findWaysOut has to find the axis.
 // Clears the pair's candidates, and says in their `axis` where to begin in the next step.
@@ -54,6 +94,10 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
   const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
   const uint first = bucketFirst[FIRST_BUCKET], before = first - bucketFirst[BUCKET_FIRST_CONVEX];
   ASSERT(first <= bucketFirst[LAST_BUCKET + 1], first, bucketFirst[LAST_BUCKET + 1]);
+#ifdef BTGPU_SHAPE_CPU
+  PairBlock block;
+  block.gjk.count = 0;
+#endif
   FOR_EACH(n, bucketFirst[LAST_BUCKET + 1] - first) {
     const uint k = before + n, i = AT(items, first + n);
     const Pair pair = AT(pairs, i);
@@ -76,19 +120,32 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
     ClosestFeatures found;
     found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
     const float limit = cores.a.margin + cores.b.margin + threshold;
+#ifdef BTGPU_SHAPE_CPU
+    ClosestBegun begun;
 #ifdef BTGPU_CURVED
+    const int what = beginCurved(cores, hulls, start, limit, &begun, &found);
+#else
+    const int what = beginClosest(cores, hulls, start, limit, &begun, &found);
+#endif
+    if (what == CORES_OPEN) {
+      const int l = block.gjk.count;
+      block.positions[l] = k;
+      block.indices[l] = i;
+      block.ra[l] = ra;
+      addToBlock(&block.gjk, &cores, limit, begun);
+      if (block.gjk.count == BTGPU_WIDE) findInBlock(WITH_CHECKS &block, hulls, contacts, closest, near, overlap);
+      continue;
+    }
+#elif defined(BTGPU_CURVED)
     const int what = closestCurved(cores, hulls, start, limit, &found);
-    if (what == CORES_NEAR) preferFlat(cores, hulls, FACE_AS_GOOD * cores.size, &found);
 #else
     const int what = closestFeatures(cores, hulls, start, limit, &found);
-    if (what == CORES_NEAR) preferFace(cores, hulls, &found);
 #endif
-    if (what != CORES_FAR) AT(closest, k) = found;
-    AT(near, k) = what != CORES_FAR;
-    AT(overlap, k) = what == CORES_OVERLAP;
-    AT(contacts, i).count = 0;
-    AT(contacts, i).axis = what == CORES_OVERLAP ? 0 : packAxis(mulMatrix(ra, found.normal / length3(found.normal)));
+    storeClosest(WITH_CHECKS cores, hulls, ra, what, found, k, i, contacts, closest, near, overlap);
   }
+#ifdef BTGPU_SHAPE_CPU
+  if (block.gjk.count > 0) findInBlock(WITH_CHECKS &block, hulls, contacts, closest, near, overlap);
+#endif
 }
 
 // The axes of the pairs whose cores overlap; overlapping[] lists their positions.

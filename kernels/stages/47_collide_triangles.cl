@@ -10,6 +10,11 @@
 #else
 #include "../lib/convex_sat.h"
 #endif
+#if defined(BTGPU_SHAPE_CPU) && !defined(BTGPU_SPHERES)
+#include "../lib/gjk_wide.h"
+#include "../lib/triangle_wide.h"
+#define GJK_IN_BLOCKS
+#endif
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../lib/triangle.h"
@@ -39,10 +44,12 @@ static MeshPair meshPairOf(CHECKS Pair pair, __global const BodyInfo* infos, __g
   return m;
 }
 
+#ifndef GJK_IN_BLOCKS
 static Triangle triangleInA(const MeshPair* m, MeshTriangle t) {
   return makeTriangle(m->offset + mulMatrix(m->turn, t.a), m->offset + mulMatrix(m->turn, t.b),
                       m->offset + mulMatrix(m->turn, t.c));
 }
+#endif
 
 #ifdef BTGPU_SPHERES
 
@@ -83,36 +90,154 @@ static int mayTouch(float4 halfExtents, float4 at, Triangle t, float limit) {
            (gapCa > 0.0f && gapCa * gapCa > limitSqr * dot3(ca, ca)));
 }
 
-static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
+// What there is to know of a hit that may have contacts.
+typedef struct NearHit {
+  CorePair cores;
+  float4 start;  // from A's middle towards the plane
+  float limit;
+} NearHit;
+
+// Of A's own box.
+static float4 halfExtentsOf(const MeshPair* m) {
   // Of a capsule only the extents are without the margin.
   const float radius = m->a.type == SHAPE_CAPSULE ? m->a.margin : 0.0f;
-  const float4 halfExtents = xyz(m->a.extents) + vec3(radius, radius, radius);
-  if (!mayTouch(halfExtents, m->a.centre, t, m->mesh.margin + m->threshold)) return;
-  const float limit = m->a.margin + m->mesh.margin + m->threshold;
-  CorePair cores;
-  cores.a = coreOf(m->a);
-  cores.b = triangleCore(t, m->mesh.margin);
-  cores.turn.row0 = vec3(1.0f, 0.0f, 0.0f);
-  cores.turn.row1 = vec3(0.0f, 1.0f, 0.0f);
-  cores.turn.row2 = vec3(0.0f, 0.0f, 1.0f);
-  cores.offset = vec3(0.0f, 0.0f, 0.0f);
-  cores.size = length3(m->a.centre) + length3(cores.a.extents) + t.size;
-  // From A's middle towards the plane.
-  const float4 start = t.plane.w - dot3(t.plane, m->a.centre) < 0.0f ? -xyz(t.plane) : xyz(t.plane);
-  ClosestFeatures found;
-  found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
-#ifdef BTGPU_CURVED
-  const int what = closestCurved(cores, hulls, start, limit, &found);
+  return xyz(m->a.extents) + vec3(radius, radius, radius);
+}
+
+static int mayBeNear(const MeshPair* m, Triangle t) {
+  return mayTouch(halfExtentsOf(m), m->a.centre, t, m->mesh.margin + m->threshold);
+}
+
+static NearHit nearHitOf(const MeshPair* m, Triangle t) {
+  NearHit hit;
+  hit.limit = m->a.margin + m->mesh.margin + m->threshold;
+  hit.cores.a = coreOf(m->a);
+  hit.cores.b = triangleCore(t, m->mesh.margin);
+  hit.cores.turn.row0 = vec3(1.0f, 0.0f, 0.0f);
+  hit.cores.turn.row1 = vec3(0.0f, 1.0f, 0.0f);
+  hit.cores.turn.row2 = vec3(0.0f, 0.0f, 1.0f);
+  hit.cores.offset = vec3(0.0f, 0.0f, 0.0f);
+  hit.cores.size = length3(m->a.centre) + length3(hit.cores.a.extents) + t.size;
+  hit.start = t.plane.w - dot3(t.plane, m->a.centre) < 0.0f ? -xyz(t.plane) : xyz(t.plane);
+  return hit;
+}
+
+// Contacts, once it is known where the two are closest.
+static void collideCores(CorePair cores, Hulls hulls, int what, ClosestFeatures found, Matrix3 ra, float threshold,
+                         RawContacts* raw) {
   if (what == CORES_FAR) return;
+#ifdef BTGPU_CURVED
   if (what == CORES_NEAR) preferFlat(cores, hulls, FACE_AS_GOOD * cores.size, &found);
   if (what == CORES_OVERLAP) found = shortestCurvedWayOut(cores, hulls);
 #else
-  const int what = closestFeatures(cores, hulls, start, limit, &found);
-  if (what == CORES_FAR) return;
   if (what == CORES_NEAR) preferFace(cores, hulls, &found);
   if (what == CORES_OVERLAP) found = shortestWayOut(cores, hulls);
 #endif
-  collideConvex(cores, hulls, found, m->ra, m->threshold, raw);
+  collideConvex(cores, hulls, found, ra, threshold, raw);
+}
+
+#ifndef GJK_IN_BLOCKS
+static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
+  if (!mayBeNear(m, t)) return;
+  const NearHit hit = nearHitOf(m, t);
+  ClosestFeatures found;
+  found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
+#ifdef BTGPU_CURVED
+  const int what = closestCurved(hit.cores, hulls, hit.start, hit.limit, &found);
+#else
+  const int what = closestFeatures(hit.cores, hulls, hit.start, hit.limit, &found);
+#endif
+  collideCores(hit.cores, hulls, what, found, m->ra, m->threshold, raw);
+}
+#endif
+
+#endif
+
+static void storeTouches(CHECKS const RawContacts* raw, uint h, __global TriangleContacts* touches) {
+  ASSERT(raw->count >= 0 && raw->count <= TRIANGLE_POINTS, raw->count, h);
+  ASSERT_FLOATS(raw->count == 0 || isUnit(raw->normal), raw->normal.x, raw->normal.y);
+  AT(touches, h).normal = withW(raw->normal, (float)raw->count);
+  UNROLL
+  for (int k = 0; k < TRIANGLE_POINTS; ++k) {
+    if (k < raw->count) AT(touches, h).points[k] = raw->points[k];
+  }
+}
+
+#ifdef GJK_IN_BLOCKS
+
+// Hits that wait for GJK, and what their contacts take.
+typedef struct HitBlock {
+  GjkBlock gjk;
+  uint hits[BTGPU_WIDE];
+  Matrix3 ra[BTGPU_WIDE];
+  float thresholds[BTGPU_WIDE];
+} HitBlock;
+
+static void collideBlock(CHECKS HitBlock* block, Hulls hulls, __global TriangleContacts* touches) {
+  closestWide(&block->gjk, hulls);
+  for (int l = 0; l < block->gjk.count; ++l) {
+    RawContacts raw = noContacts();
+    collideCores(block->gjk.pairs[l], hulls, block->gjk.what[l], block->gjk.found[l], block->ra[l],
+                 block->thresholds[l], &raw);
+    storeTouches(WITH_CHECKS &raw, block->hits[l], touches);
+  }
+  block->gjk.count = 0;
+}
+
+// The contacts of a hit that may have some, or its place in the block.
+static void collideOrWait(CHECKS const MeshPair* m, Triangle t, uint h, Hulls hulls, HitBlock* block,
+                          __global TriangleContacts* touches) {
+  RawContacts raw = noContacts();
+  const NearHit hit = nearHitOf(m, t);
+  ClosestFeatures found;
+  ClosestBegun begun;
+  found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
+#ifdef BTGPU_CURVED
+  const int what = beginCurved(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
+#else
+  const int what = beginClosest(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
+#endif
+  if (what == CORES_OPEN) {
+    const int l = block->gjk.count;
+    block->hits[l] = h;
+    block->ra[l] = m->ra;
+    block->thresholds[l] = m->threshold;
+    addToBlock(&block->gjk, &hit.cores, hit.limit, begun);
+    if (block->gjk.count == BTGPU_WIDE) collideBlock(WITH_CHECKS block, hulls, touches);
+    return;
+  }
+  collideCores(hit.cores, hulls, what, found, m->ra, m->threshold, &raw);
+  storeTouches(WITH_CHECKS &raw, h, touches);
+}
+
+// Hits h, h + 1, ... of one pair, at most BTGPU_WIDE and none beyond `end`; returns how many.
+static uint collideRun(CHECKS const MeshPair* m, uint h, uint end, __global const TriangleHit* hits, Hulls hulls,
+                       __global const MeshTriangle* meshTriangles, HitBlock* block,
+                       __global TriangleContacts* touches) {
+  uint index[BTGPU_WIDE];
+  const uint pair = AT(hits, h).pair;
+  uint count = 0;
+  while (count < BTGPU_WIDE && h + count < end && AT(hits, h + count).pair == pair) {
+    index[count] = AT(hits, h + count).triangle;
+    ASSERT(index[count] < LENGTH(meshTriangles), index[count], h + count);
+    ++count;
+  }
+  for (uint l = count; l < BTGPU_WIDE; ++l) index[l] = index[0];
+  WideTriangles triangles;
+  trianglesWide(meshTriangles, index, m->turn, m->offset, halfExtentsOf(m), m->a.centre, m->mesh.margin + m->threshold,
+                &triangles);
+  const RawContacts none = noContacts();
+  for (uint l = 0; l < count; ++l) {
+    if (triangles.mayTouch[l]) {
+      const Triangle t = triangleOf(&triangles, (int)l);
+      if (!triangles.slivers[l] || mayBeNear(m, t)) {
+        collideOrWait(WITH_CHECKS m, t, h + l, hulls, block, touches);
+        continue;
+      }
+    }
+    storeTouches(WITH_CHECKS &none, h + l, touches);
+  }
+  return count;
 }
 
 #endif
@@ -132,6 +257,10 @@ KERNEL collideTriangles(CHECKS __global const StepCounters* counters, __global c
   hulls.edges = hullEdges;
   uint known = NO_INDEX;
   MeshPair pair;
+#ifdef GJK_IN_BLOCKS
+  HitBlock block;
+  block.gjk.count = 0;
+#endif
   FOR_EACH(h, counters->triangleHits) {
     const TriangleHit hit = AT(hits, h);
     if (hit.pair != known) {
@@ -140,14 +269,15 @@ KERNEL collideTriangles(CHECKS __global const StepCounters* counters, __global c
                         oldManifolds);
     }
     if (!isMine(pair.a)) continue;
+#ifdef GJK_IN_BLOCKS
+    h += collideRun(WITH_CHECKS &pair, h, h_end, hits, hulls, meshTriangles, &block, touches) - 1;
+#else
     RawContacts raw = noContacts();
     collide(&pair, triangleInA(&pair, AT(meshTriangles, hit.triangle)), hulls, &raw);
-    ASSERT(raw.count >= 0 && raw.count <= TRIANGLE_POINTS, raw.count, h);
-    ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
-    AT(touches, h).normal = withW(raw.normal, (float)raw.count);
-    UNROLL
-    for (int k = 0; k < TRIANGLE_POINTS; ++k) {
-      if (k < raw.count) AT(touches, h).points[k] = raw.points[k];
-    }
+    storeTouches(WITH_CHECKS &raw, h, touches);
+#endif
   }
+#ifdef GJK_IN_BLOCKS
+  if (block.gjk.count > 0) collideBlock(WITH_CHECKS &block, hulls, touches);
+#endif
 }
