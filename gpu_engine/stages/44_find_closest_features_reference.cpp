@@ -273,6 +273,9 @@ PlacedCores CorePlacer::place(const Pair& pair) {
   c.size = length(toVec(a.extents)) + length(toVec(b.extents));
   for (const Shape* s : {&a, &b}) c.size += s->type == SHAPE_HULL ? length(toVec(s->centre)) : 0;
   c.reach = c.size + length(bFromA);
+  constexpr double kSameDepth = 1e-5, kDepthRounding = 1e-6;  // SAME_DEPTH, DEPTH_ROUNDING
+  c.depthSlack =
+      std::max(2 * kSameDepth * std::min(length(toVec(a.extents)), length(toVec(b.extents))), kDepthRounding * c.size);
   c.marginB = bareB ? 0 : b.margin;
   c.margins = (bareA ? 0 : a.margin) + c.marginB;
   c.threshold = m_in.thresholdOf(pair);
