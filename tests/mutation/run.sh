@@ -77,9 +77,13 @@ try() {  # FAULT
   [ -z "$found" ] || echo "    $found"
 }
 
+faults=("$@")
+if [ $# = 0 ]; then
+  for file in tests/mutation/faults/*.patch; do faults+=("$(basename "$file" .patch)"); done
+fi
 row fault cross-check "stage check"
-# The settings that faults are looked for with.
-mapfile -t settings < <(sed -n 's/^with: *//p' tests/mutation/faults/*.patch | sort -u)
+# Without a fault, with each setting that one is looked for with.
+mapfile -t settings < <(for fault in "${faults[@]}"; do field "$fault" with; done | sort -u)
 for setting in "" "${settings[@]}"; do
   check "$build" "$setting"
   if [ -n "$crosscheck$found" ]; then
@@ -90,10 +94,6 @@ for setting in "" "${settings[@]}"; do
     row "(none) $setting" - - ""
   fi
 done
-faults=("$@")
-if [ $# = 0 ]; then
-  for file in tests/mutation/faults/*.patch; do faults+=("$(basename "$file" .patch)"); done
-fi
 for fault in "${faults[@]}"; do try "$fault"; done
 echo "$by_crosscheck of ${#faults[@]} found by the cross-check"
 if [ $# = 0 ] && [ "$by_crosscheck" -lt 12 ]; then failed=1; fi

@@ -178,7 +178,9 @@ class Yard {
       }
     }
     const btQuaternion turn(v(0, 1, 0), s(0.3));
-    m_objects.add(0, m_objects.shape<btBvhTriangleMeshShape>(triangles, true), btTransform(turn, v(50, 0, 0)));
+    auto* mesh = m_objects.shape<btBvhTriangleMeshShape>(triangles, true);
+    mesh->setMargin(s(0.06));
+    m_objects.add(0, mesh, btTransform(turn, v(50, 0, 0)));
     addOnLand(50, 0);
     m_objects.add(0,
                   m_objects.own(std::make_unique<btHeightfieldTerrainShape>(kCorners, kCorners, heights->data(), s(1),
