@@ -179,7 +179,7 @@ class Yard {
     }
     const btQuaternion turn(v(0, 1, 0), s(0.3));
     auto* mesh = m_objects.shape<btBvhTriangleMeshShape>(triangles, true);
-    mesh->setMargin(s(0.06));
+    mesh->setMargin(s(0.008));
     m_objects.add(0, mesh, btTransform(turn, v(50, 0, 0)));
     addOnLand(50, 0);
     m_objects.add(0,
