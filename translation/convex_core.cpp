@@ -6,6 +6,7 @@
 #include <BulletCollision/CollisionShapes/btConvex2dShape.h>
 #include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 
@@ -118,6 +119,21 @@ bool addPoints(const btConvexShape& shape, btScalar scale, bool scaled, CorePoin
   return true;
 }
 
+// Each point of the one shape less each of the other, which is what btMinkowskiSumShape's support function finds the
+// farthest of. False where one of them is not points: no shape of ours is a cylinder with another shape around it.
+bool addDifference(const btMinkowskiSumShape& sum, btScalar scale, CorePoints& out) {
+  CorePoints a, b;
+  const auto read = [](const btConvexShape& shape, CorePoints& of) {
+    btScalar own = 1;
+    return addPoints(innermost(shape, own), own, true, of);
+  };
+  if (!read(*sum.getShapeA(), a) || !read(*sum.getShapeB(), b)) return false;
+  for (const btVector3& p : a.points) {
+    for (const btVector3& q : b.points) addPoint(out, sum.getTransformA() * p - sum.getTransformB() * q, scale);
+  }
+  return true;
+}
+
 float positive(btScalar v) { return static_cast<float>(v > btScalar(0) ? v : btScalar(0)); }
 
 // btCylinderShape takes the extent along its first axis for the radius.
@@ -175,6 +191,9 @@ bool readCorePoints(const btCollisionShape& shape, CorePoints& out) {
       addPoint(out, btVector3(0, 0, 0), scale);
     }
     return true;
+  }
+  if (isExactly<btMinkowskiSumShape>(inner)) {
+    return addDifference(static_cast<const btMinkowskiSumShape&>(inner), scale, out);
   }
   return addPoints(inner, scale, &inner != &convex, out);
 }

@@ -68,10 +68,10 @@ constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE,
 // Convex shapes that stock knows no special algorithm for. Where the application does (as Bullet's 2D demo), those of
 // the type are on the host.
 constexpr int kOtherConvexTypes[] = {
-    TRIANGLE_SHAPE_PROXYTYPE,           TETRAHEDRAL_SHAPE_PROXYTYPE,     CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE,
-    CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE, MULTI_SPHERE_SHAPE_PROXYTYPE,    CONE_SHAPE_PROXYTYPE,
-    CYLINDER_SHAPE_PROXYTYPE,           UNIFORM_SCALING_SHAPE_PROXYTYPE, BOX_2D_SHAPE_PROXYTYPE,
-    CONVEX_2D_SHAPE_PROXYTYPE};
+    TRIANGLE_SHAPE_PROXYTYPE,           TETRAHEDRAL_SHAPE_PROXYTYPE,         CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE,
+    CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE, MULTI_SPHERE_SHAPE_PROXYTYPE,        CONE_SHAPE_PROXYTYPE,
+    CYLINDER_SHAPE_PROXYTYPE,           UNIFORM_SCALING_SHAPE_PROXYTYPE,     BOX_2D_SHAPE_PROXYTYPE,
+    CONVEX_2D_SHAPE_PROXYTYPE,          MINKOWSKI_DIFFERENCE_SHAPE_PROXYTYPE};
 
 bool hasStockConfiguration(btCollisionConfiguration& configuration) {
   const std::type_info& type = typeid(configuration);

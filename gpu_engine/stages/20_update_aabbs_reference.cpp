@@ -3,6 +3,7 @@
 #include "20_update_aabbs_reference.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "reference_maths.h"
@@ -32,7 +33,7 @@ Box boundsOf(const Shape& shape, float4 position, float4 orientation, double thr
     const Vec up = r.column(shape.variant), tip = up * double(shape.halfLength);
     Vec lower, upper;
     for (int k = 0; k < 3; ++k) {
-      const double rim = shape.radius * std::sqrt(std::max(0.0, 1 - up[k] * up[k]));
+      const double rim = shape.radius * std::hypot(up[(k + 1) % 3], up[(k + 2) % 3]);
       upper[k] = std::max(tip[k], rim - tip[k]) + shape.margin;
       lower[k] = std::min(tip[k], -rim - tip[k]) - shape.margin;
     }

@@ -273,6 +273,9 @@ PlacedCores CorePlacer::place(const Pair& pair) {
   c.size = length(toVec(a.extents)) + length(toVec(b.extents));
   for (const Shape* s : {&a, &b}) c.size += s->type == SHAPE_HULL ? length(toVec(s->centre)) : 0;
   c.reach = c.size + length(bFromA);
+  constexpr double kSameDepth = 1e-5, kDepthRounding = 1e-6;  // SAME_DEPTH, DEPTH_ROUNDING
+  c.depthSlack =
+      std::max(2 * kSameDepth * std::min(length(toVec(a.extents)), length(toVec(b.extents))), kDepthRounding * c.size);
   c.marginB = bareB ? 0 : b.margin;
   c.margins = (bareA ? 0 : a.margin) + c.marginB;
   c.threshold = m_in.thresholdOf(pair);
@@ -379,7 +382,7 @@ void checkClosestFeatures(Contract& contract, const PairArrays& in, const Closes
         ++near;
         checkCurvedFeatures(contract, in, p, device.closest[position]);
         contract.within("how far apart they are, and listed", device.closest[position].normal.w - c.limit(), error);
-      } else {
+      } else if (!areFartherApart(c, c.limit())) {
         contract.within("how near they are, and not listed", c.limit() - widestGapReference(c).gap, error);
       }
       continue;

@@ -51,8 +51,9 @@ double separationAlong(const Polytope& a, const Polytope& b, reference::Vec axis
 struct PlacedCores {
   Polytope a, b;
   reference::Matrix rotationA;
-  double size;   // of both shapes, what the kernels' slacks are in proportion to
-  double reach;  // with the distance of their centres: no vertex of the one is farther from one of the other
+  double size;        // of both shapes, what the kernels' slacks are in proportion to
+  double reach;       // with the distance of their centres: no vertex of the one is farther from one of the other
+  double depthSlack;  // depths as near as that count as the same
   double margins, threshold;  // of both; how far apart surfaces may be for a contact
   double marginB;
   double limit() const { return margins + threshold; }  // how far apart cores may be

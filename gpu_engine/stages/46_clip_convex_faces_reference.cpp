@@ -217,7 +217,6 @@ void checkClosestPointOnly(Contract& contract, const ConvexPair& p) {
 }
 
 void checkRegion(Contract& contract, const ConvexPair& p, const Patch& onA, const Patch& onB) {
-  constexpr double kSameDepth = 1e-5;  // SAME_DEPTH, of the pair's size
   const Vec axis = p.found.axis;
   const double margins = p.cores.margins;
   for (const PickCandidate& q : p.picked) {
@@ -235,7 +234,7 @@ void checkRegion(Contract& contract, const ConvexPair& p, const Patch& onA, cons
   } else {
     const double least = separationAlong(p.cores.a, p.cores.b, axis), deepest = p.picked.back().distance + margins;
     contract.within("how much less deep the last point is than the overlap", deepest - p.found.separation,
-                    2 * kSameDepth * p.cores.size + p.error);
+                    2 * p.cores.depthSlack + p.error);
     contract.within("how much deeper the last point is than the overlap", std::min(least, p.found.separation) - deepest,
                     depthError);
   }
@@ -246,8 +245,8 @@ void checkRegion(Contract& contract, const ConvexPair& p, const Patch& onA, cons
       candidates.push_back({corner.onB, corner.gap - margins, error});
     }
   }
-  checkPickedPoints(contract, {axis, p.cores.threshold, kSameDepth * p.cores.size, p.cores.threshold}, candidates,
-                    p.picked, depthError);
+  checkPickedPoints(contract, {axis, p.cores.threshold, p.cores.depthSlack, p.cores.threshold}, candidates, p.picked,
+                    depthError);
 }
 
 // Where rounding decides which faces look most along the axis, or whether they do so enough, either will do. Of what

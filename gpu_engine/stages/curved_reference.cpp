@@ -144,11 +144,26 @@ double gapAlong(const CurvedPair& pair, Vec axis) {
   return dot(axis, pair.b.support(-axis)) - dot(axis, pair.a.support(axis));
 }
 
+namespace {
+
+const std::vector<Vec>& allAround() {
+  static const std::vector<Vec> directions = directionsAllAround(2000);
+  return directions;
+}
+
+}  // namespace
+
+bool areFartherApart(const CurvedPair& pair, double than) {
+  const Vec apart = pair.b.position - pair.a.position;
+  if (length(apart) > 0 && gapAlong(pair, unitOf(apart)) > than) return true;
+  const auto isAlong = [&](Vec axis) { return gapAlong(pair, axis) > than; };
+  return std::any_of(allAround().begin(), allAround().end(), isAlong);
+}
+
 WidestGap widestGapReference(const CurvedPair& pair) {
-  static const std::vector<Vec> kAllAround = directionsAllAround(2000);
   std::vector<WidestGap> best;
   const auto look = [&](Vec axis) { best.push_back({axis, gapAlong(pair, axis)}); };
-  for (const Vec axis : kAllAround) look(axis);
+  for (const Vec axis : allAround()) look(axis);
   for (int k = 0; k < 3; ++k) {
     for (const double sign : {1.0, -1.0}) {
       look(pair.a.rotation.column(k) * sign);

@@ -49,6 +49,8 @@ struct WidestGap {
 // The axis along which the two are farthest apart, or overlap least: out of many, and the best ones refined. Exact to
 // some 1e-7 of the size.
 WidestGap widestGapReference(const CurvedPair& pair);
+// Whether they are that far apart along some axis looked at, which is told much sooner; false proves nothing.
+bool areFartherApart(const CurvedPair& pair, double than);
 
 // What stage 44 writes of a pair: normal, separation and closest points. Of what lies flat on each other the points are
 // any that are farthest along the axis.

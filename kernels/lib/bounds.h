@@ -27,9 +27,9 @@ LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
     // btConvexInternalShape::getAabbSlow: of the tip and the rim of the base.
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     const float4 up = matrixColumn(r, shape.variant), tip = up * shape.halfLength;
-    const float4 rim = vec3(shape.radius * sqrt(fmax(0.0f, 1.0f - up.x * up.x)),
-                            shape.radius * sqrt(fmax(0.0f, 1.0f - up.y * up.y)),
-                            shape.radius * sqrt(fmax(0.0f, 1.0f - up.z * up.z)));
+    // Not the root of 1 - up.y^2, of which nothing is left where the cone stands.
+    const float4 rim = vec3(sqrt(up.y * up.y + up.z * up.z), sqrt(up.x * up.x + up.z * up.z),
+                            sqrt(up.x * up.x + up.y * up.y)) * shape.radius;
     const float4 upper = fmax(tip, rim - tip), lower = fmin(tip, -rim - tip);
     const float m = shape.margin;
     extent = (upper - lower) * 0.5f + vec3(m, m, m);

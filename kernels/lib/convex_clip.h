@@ -15,7 +15,8 @@ BTGPU_BEGIN
 
 #define FACE_ALONG_AXIS 0.995f  // cosine: nearly along the axis, so that other points than the closest may touch
 #define FACE_ACROSS_AXIS 1e-3f  // cosine: seen from the side, a face covers nothing
-#define SAME_DEPTH 1e-5f        // of the pair's size
+#define SAME_DEPTH 1e-5f        // of twice the smaller core's size
+#define DEPTH_ROUNDING 1e-6f    // of the pair's size: no better is known in float
 
 // A face in A's axes.
 STRUCT(FaceView) {
@@ -155,6 +156,13 @@ static void pickOfRegionWide(PointPicker* picker, Hulls hulls, const FaceView* o
 }
 #endif
 
+// Depths nearer than this are the same. Not in proportion to the pair: what lies on a large ground would be as deep as
+// the ground's size makes it.
+LIB float depthSlack(CorePair pair) {
+  const float smaller = fmin(length3(pair.a.extents), length3(pair.b.extents));
+  return fmax(SAME_DEPTH * 2.0f * smaller, DEPTH_ROUNDING * pair.size);
+}
+
 // Contacts of a pair, the deepest last: what is added to a full manifold replaces another point, which must not be the
 // deepest one, and the old points' depths are those of the last step. `threshold`: how far apart surfaces may be; `ra`:
 // A's axes to the world's.
@@ -164,7 +172,7 @@ LIB void collideConvex(CorePair pair, Hulls hulls, ClosestFeatures c, Matrix3 ra
   pair.a.facing = axis;
   pair.b.facing = -mulTransposed(pair.turn, axis);
   const float margins = pair.a.margin + pair.b.margin;
-  PointPicker picker = makePicker(axis, threshold + margins, SAME_DEPTH * pair.size, threshold);
+  PointPicker picker = makePicker(axis, threshold + margins, depthSlack(pair), threshold);
 #ifdef BTGPU_TRIANGLE_CORES
   picker.least = c.normal.w - picker.slack;
 #endif

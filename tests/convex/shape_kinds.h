@@ -8,6 +8,7 @@
 #include <BulletCollision/CollisionShapes/btConvex2dShape.h>
 #include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 #include <btBulletDynamicsCommon.h>
@@ -199,6 +200,16 @@ inline std::vector<ShapeKind> convexKinds() {
                          child = makeHull(store, random, inner);
                      }
                      return store.make<btUniformScalingShape>(child, by);
+                   }});
+  kinds.push_back({"sum", [](ShapeStore& store, RandomSource& random, double size) -> btCollisionShape* {
+                     btConvexShape* a = makeHull(store, random, 0.7 * size);
+                     btConvexShape* b = store.make<btSphereShape>(halfExtents(random, 0.2 * size).x());
+                     if (random() % 2) b = store.make<btBoxShape>(halfExtents(random, 0.3 * size));
+                     auto* sum = store.make<btMinkowskiSumShape>(a, b);
+                     const btVector3 about = halfExtents(random, 1).normalized();
+                     sum->setTransformB(
+                         btTransform(btQuaternion(about, scalarIn(random, 0, 3)), halfExtents(random, 0.1 * size)));
+                     return sum;
                    }});
   return kinds;
 }

@@ -5,6 +5,7 @@
 #   - the cross-check with stock, turned on from outside in an application that knows nothing of it (yard.cpp);
 #   - the check of the stages against their references, which must name the stage that the fault is in;
 #   - the stage's own test, where the fault's file names one.
+# A fault's file may name a setting `with` which it is looked for, VARIABLE=VALUE.
 # Every fault must be found, 12 of them by the cross-check alone; without a fault nothing must be.
 #   tests/mutation/run.sh [FAULT...]     e.g. 07_damping_twice
 # Faults in kernels need no build (BTGPU_KERNEL_DIR); those in host code are built in build/mutation.
@@ -20,8 +21,8 @@ export BTGPU_CACHE_DIR=${BTGPU_CACHE_DIR:-$build/test-cache/btgpu} POCL_CACHE_DI
 field() { sed -n "s/^$2: *//p" "tests/mutation/faults/$1.patch"; }
 
 # Runs the application of a build, with the kernels in $work/kernels if there are some. Sets crosscheck and stage.
-check() {  # BUILD
-  local lines="$work/lines" log="$work/log" environment=(BTGPU_ENGINE="$1/lib/libbtgpu_engine.so")
+check() {  # BUILD [VARIABLE=VALUE]
+  local lines="$work/lines" log="$work/log" environment=(BTGPU_ENGINE="$1/lib/libbtgpu_engine.so" ${2:-})
   rm -f "$lines"
   [ ! -d "$work/kernels" ] || environment+=(BTGPU_KERNEL_DIR="$work")
   env "${environment[@]}" BTGPU_CROSSCHECK=1 BTGPU_CROSSCHECK_FILE="$lines" "$1/tests/mutation_yard" "$steps" \
@@ -64,7 +65,7 @@ try() {  # FAULT
     host_build "$fault" "$test" || { failed=1; row "$fault" "" "" "does not build"; return; }
     in="$root/build/mutation"
   fi
-  check "$in" || { failed=1; row "$fault" "" "" "did not run"; return; }
+  check "$in" "$(field "$fault" with)" || { failed=1; row "$fault" "" "" "did not run"; return; }
   [ -z "$crosscheck" ] || by_crosscheck=$((by_crosscheck + 1))
   if [ -n "$test" ] && ! env ${wanted:+BTGPU_KERNEL_DIR="$work"} BTGPU_ENGINE="$in/lib/libbtgpu_engine.so" \
     "$in/tests/test_${test/\//_}" >"$work/test.log" 2>&1; then
@@ -76,19 +77,23 @@ try() {  # FAULT
   [ -z "$found" ] || echo "    $found"
 }
 
-row fault cross-check "stage check"
-check "$build"
-if [ -n "$crosscheck$found" ]; then
-  row "(none)" "${crosscheck:--}" "${stage:--}" "FOUND WHERE THERE IS NONE"
-  echo "    $found"
-  failed=1
-else
-  row "(none)" - - ""
-fi
 faults=("$@")
 if [ $# = 0 ]; then
   for file in tests/mutation/faults/*.patch; do faults+=("$(basename "$file" .patch)"); done
 fi
+row fault cross-check "stage check"
+# Without a fault, with each setting that one is looked for with.
+mapfile -t settings < <(for fault in "${faults[@]}"; do field "$fault" with; done | sort -u)
+for setting in "" "${settings[@]}"; do
+  check "$build" "$setting"
+  if [ -n "$crosscheck$found" ]; then
+    row "(none) $setting" "${crosscheck:--}" "${stage:--}" "FOUND WHERE THERE IS NONE"
+    echo "    $found"
+    failed=1
+  else
+    row "(none) $setting" - - ""
+  fi
+done
 for fault in "${faults[@]}"; do try "$fault"; done
 echo "$by_crosscheck of ${#faults[@]} found by the cross-check"
 if [ $# = 0 ] && [ "$by_crosscheck" -lt 12 ]; then failed=1; fi

@@ -2,9 +2,12 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // An application linked with btgpu that knows nothing of its checks, with something in it for each of the planted
 // faults (tests/mutation/run.sh) to spoil: materials that differ, free spin under torque, damping, gravity of its own,
-// filters, deep overlaps, sleeping stacks that are hit, a kinematic pusher, bodies that go and others that take their
-// place.
+// filters, deep overlaps, sleeping stacks that are hit, a kinematic pusher, compounds, a mesh and a height field with
+// all sorts of shapes on them, curved shapes, bodies that go and others that take their place.
 //   mutation_yard STEPS
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
@@ -29,6 +32,9 @@ class Yard {
     addSleepers();
     addRound();
     addPusher();
+    addCompounds();
+    addLand();
+    addCurved();
   }
 
   void step(int number) {
@@ -135,6 +141,78 @@ class Yard {
     m_pusher->setCollisionFlags(m_pusher->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
     m_pusher->setActivationState(DISABLE_DEACTIVATION);
     for (int k = 0; k < 3; ++k) add(1, m_objects.box(v(0.4, 0.4, 0.4)), v(-1, 0.4, -5.5 + 1.2 * k));
+  }
+
+  // Tumbling ones, one on the other, and some asleep until they are hit.
+  void addCompounds() {
+    auto* dumbbell = m_objects.shape<btCompoundShape>();
+    const auto at = [](double x, double y, double z) { return btTransform(btQuaternion::getIdentity(), v(x, y, z)); };
+    dumbbell->addChildShape(at(0, 0, 0), m_objects.box(v(0.8, 0.15, 0.2)));
+    dumbbell->addChildShape(btTransform(btQuaternion(v(1, 0, 0), s(0.6)), v(-0.8, 0, 0.1)),
+                            m_objects.box(v(0.3, 0.4, 0.35)));
+    dumbbell->addChildShape(at(0.8, 0, 0), m_objects.sphere(s(0.35)));
+    for (int k = 0; k < 8; ++k) {
+      btRigidBody* body = add(2, dumbbell, v(-30 + 0.9 * (k % 2), 0.6 + 0.9 * k, 10 + 0.1 * k));
+      body->setAngularVelocity(v(0.5 * k, 1, 2));
+    }
+    for (int k = 0; k < 2; ++k) {
+      add(2, dumbbell, v(-30, 0.5, 16 + 3 * k))->forceActivationState(ISLAND_SLEEPING);
+      add(3, m_objects.sphere(s(0.3)), v(-29.9, 3 + 2 * k, 16 + 3 * k))->setLinearVelocity(v(0, -5, 0));
+    }
+  }
+
+  // A mesh and a height field, both with the same bodies on them.
+  void addLand() {
+    constexpr int kCorners = 13;
+    const auto height = [](int i, int j) { return 1.5 + 0.5 * std::sin(0.9 * i) * std::cos(0.7 * j); };
+    auto* triangles = m_objects.keep(std::make_unique<btTriangleMesh>());
+    auto* heights = m_objects.keep(std::make_unique<std::vector<float>>());
+    const auto corner = [&](int i, int j) { return v(i - 6, height(i, j), j - 6); };
+    for (int j = 0; j < kCorners; ++j) {
+      for (int i = 0; i < kCorners; ++i) heights->push_back(static_cast<float>(height(i, j)));
+    }
+    for (int i = 0; i + 1 < kCorners; ++i) {
+      for (int j = 0; j + 1 < kCorners; ++j) {
+        triangles->addTriangle(corner(i, j), corner(i, j + 1), corner(i + 1, j));
+        triangles->addTriangle(corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1));
+      }
+    }
+    const btQuaternion turn(v(0, 1, 0), s(0.3));
+    auto* mesh = m_objects.shape<btBvhTriangleMeshShape>(triangles, true);
+    mesh->setMargin(s(0.008));
+    m_objects.add(0, mesh, btTransform(turn, v(50, 0, 0)));
+    addOnLand(50, 0);
+    m_objects.add(0,
+                  m_objects.own(std::make_unique<btHeightfieldTerrainShape>(kCorners, kCorners, heights->data(), s(1),
+                                                                            s(2), 1, false)),
+                  btTransform(turn, v(50, 1.5, 30)));
+    addOnLand(50, 30);
+  }
+
+  void addOnLand(double x, double z) {
+    btCollisionShape* shapes[] = {m_objects.box(v(0.5, 0.4, 0.3)), m_objects.sphere(s(0.45)),
+                                  m_objects.capsule(s(0.3), s(0.6)), m_objects.hull(scenes::prism(6, 0.5, 0.3)),
+                                  m_objects.shape<btCylinderShape>(v(0.4, 0.5, 0.4))};
+    for (int k = 0; k < 10; ++k) {
+      const btQuaternion turn(v(1, 0.3 * k, 0.4).normalized(), s(0.5 * k));
+      m_objects.add(1, shapes[k % 5], btTransform(turn, v(x - 1 + 2 * (k / 5), 2.6 + 0.05 * k, z - 4 + 2 * (k % 5))))
+          ->setRollingFriction(s(0.1));
+    }
+  }
+
+  // On a platform of their own, some standing, some deep in each other.
+  void addCurved() {
+    add(0, m_objects.box(v(6, 0.5, 6)), v(-40, 0.5, -20));
+    const btVector3 centres[] = {v(-0.3, 0, 0), v(0.3, 0.1, 0), v(0, 0.2, 0.3)};
+    const btScalar radii[] = {s(0.3), s(0.4), s(0.25)};
+    btCollisionShape* shapes[] = {m_objects.shape<btCylinderShape>(v(0.5, 0.4, 0.5)),
+                                  m_objects.shape<btConeShape>(s(0.5), s(1)),
+                                  m_objects.shape<btMultiSphereShape>(centres, radii, 3),
+                                  m_objects.shape<btCylinderShapeX>(v(0.6, 0.3, 0.3)), m_objects.box(v(0.4, 0.4, 0.4))};
+    for (int k = 0; k < 6; ++k) {
+      const btQuaternion turn(v(1, 0.2 * k, 0.5).normalized(), s(k < 3 ? 0 : 0.6 * k));
+      m_objects.add(1, shapes[k % 5], btTransform(turn, v(-42 + 0.7 * (k % 3) + 3 * (k / 3), 1.5, -20)));
+    }
   }
 
   // A body of a stack goes, and in the same moment another one, rough and light, takes its place and its slot.

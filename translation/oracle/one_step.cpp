@@ -11,7 +11,8 @@
 #include "../../kernels/shared/shape.h"
 #include "../contacts.h"
 #include "../convert.h"
-#include "mesh_contacts.h"
+#include "convex_gap.h"
+#include "found_contacts.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -243,11 +244,11 @@ void OneStepCheck::compareContacts() {
   }
   for (const auto& [shapes, pair] : pairs) {
     const auto [a, childA, b, childB] = shapes;
-    if (!pair.stock && !(m_oracle.isFilled(shapes) && m_oracle.isFilled({b, childB, a, childA}))) continue;
+    if (!pair.stock && !m_oracle.isFilled(shapes)) continue;
     Manifold none{};
     none.bodyA = a;
     none.bodyB = b;
-    if (pair.ours || awake(none)) comparePair(shapes, pair.ours ? *pair.ours : none, pair.stock);
+    if (pair.ours || awake(none)) comparePair(pair.ours ? *pair.ours : none, pair.stock, shapes);
   }
 }
 
@@ -272,13 +273,17 @@ bool isOlder(const btManifoldPoint& deepest, const ContactPoint& ours, const btP
   return false;
 }
 
+double cosineOf(const ContactPoint& ours, const btManifoldPoint& stock) {
+  return double(toBullet(ours.normalWorldOnB).dot(stock.m_normalWorldOnB));
+}
+
 bool same3(const float4& a, const float4& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
-// True if a contact with a mesh is one of the step before, with which stock began too: there another triangle's took
-// its place.
-bool isKept(const std::vector<Manifold>& cache, const Manifold& ours, const ContactPoint& point) {
+// True if a contact is one of the step before, with which stock began too: there another one took its place.
+bool isKept(const std::vector<Manifold>& cache, const std::vector<BodyInfo>& infos, const Manifold& ours,
+            const ContactPoint& point) {
   for (const Manifold& m : cache) {
-    if (m.bodyA != ours.bodyA || m.bodyB != ours.bodyB) continue;
+    if (ownerOf(infos, m.bodyA) != ours.bodyA || ownerOf(infos, m.bodyB) != ours.bodyB) continue;
     for (int k = 0; k < m.pointCount; ++k) {
       if (same3(m.points[k].localPointA, point.localPointA) && same3(m.points[k].normalWorldOnB, point.normalWorldOnB))
         return true;
@@ -287,10 +292,10 @@ bool isKept(const std::vector<Manifold>& cache, const Manifold& ours, const Cont
   return false;
 }
 
-// True if a contact with a mesh is one that Bullet finds too, and its manifold has lost.
+// True if a contact is one that Bullet finds too, and its manifold has lost.
 bool isLost(btCollisionWorld& world, const btCollisionObject& a, const btCollisionObject& b, const ContactPoint& ours,
             double size) {
-  for (const FoundContact& found : contactsWithTriangles(world, a, b)) {
+  for (const FoundContact& found : contactsFound(world, a, b)) {
     if (std::fabs(double(ours.localPointA.w) - found.distance) <= kSameDepth * size &&
         double(toBullet(ours.normalWorldOnB).dot(found.normal)) >= kSameNormal)
       return true;
@@ -298,72 +303,78 @@ bool isLost(btCollisionWorld& world, const btCollisionObject& a, const btCollisi
   return false;
 }
 
-struct PlacedShape {
-  const btCollisionShape* shape;
-  btTransform at;
-};
-
-// The shape of a compound that has this number; the compound itself if one in it has shapes of its own, whose numbers
-// may be the same.
-PlacedShape placedShape(const btCollisionShape& shape, const btTransform& at, int child) {
-  if (!shape.isCompound()) return {&shape, at};
-  const auto& compound = static_cast<const btCompoundShape&>(shape);
-  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
-    if (compound.getChildShape(i)->isCompound()) return {&shape, at};
-  }
-  if (child < 0 || child >= compound.getNumChildShapes()) return {&shape, at};
-  return {compound.getChildShape(child), at * compound.getChildTransform(child)};
-}
-
-// How far apart two convex shapes are along an axis from B to A, by Bullet's own support functions.
-double gapAlong(const PlacedShape& a, const PlacedShape& b, const btVector3& normal) {
-  const auto reach = [](const btCollisionShape& shape, const btTransform& at, const btVector3& direction) {
-    const btVector3 local = direction * at.getBasis();
-    const btVector3 p = static_cast<const btConvexShape&>(shape).localGetSupportingVertexWithoutMargin(local);
-    return double(at.getBasis()[0].dot(p)) * double(direction.x()) +
-           double(at.getBasis()[1].dot(p)) * double(direction.y()) +
-           double(at.getBasis()[2].dot(p)) * double(direction.z()) + double(shape.getMargin());
-  };
-  const btVector3 aFromB = a.at.getOrigin() - b.at.getOrigin();
-  const double between = double(aFromB.x()) * double(normal.x()) + double(aFromB.y()) * double(normal.y()) +
-                         double(aFromB.z()) * double(normal.z());
-  return between - reach(*a.shape, a.at, -normal) - reach(*b.shape, b.at, normal);
-}
-
-bool isCurved(const btCollisionShape& shape) {
-  const int type = shape.getShapeType();
-  return type == CYLINDER_SHAPE_PROXYTYPE || type == CONE_SHAPE_PROXYTYPE || type == MULTI_SPHERE_SHAPE_PROXYTYPE ||
-         type == UNIFORM_SCALING_SHAPE_PROXYTYPE || type == CONVEX_2D_SHAPE_PROXYTYPE;
-}
+// Pairs whose contacts Bullet finds by GJK and EPA.
+bool isFoundByGjk(const Manifold& m) { return m.bucket >= BUCKET_FIRST_CONVEX && m.bucket <= BUCKET_LAST_CONVEX; }
 
 }  // namespace
 
-// Stock's GJK and EPA end early where a shape is curved. Ours is the better contact if the two shapes are as far apart
-// along its normal as it says, and less far along stock's.
-bool OneStepCheck::isBetter(const OracleWorld::ShapePair& shapes, const Manifold& m, const ContactPoint& ours,
-                            const btManifoldPoint& stock, double size) const {
-  const auto [first, firstChild, second, secondChild] = shapes;
-  const bool inOrder = m.bodyA == first;
-  const auto placed = [this](uint slot, int child) {
-    return placedShape(*m_oracle.object(slot)->getCollisionShape(), m_step->before[slot].transform, child);
+// Stock's GJK and EPA end early, above all where a shape is curved or an edge lies almost on a face. A contact of ours
+// is right, whatever stock's is, if the two shapes are as far apart along its normal as it says, and along stock's no
+// farther: shapes are at least as far apart as along any axis.
+OneStepCheck::Verdict OneStepCheck::compareGaps(const ShapePair& shapes, const Manifold& m, const ContactPoint& ours,
+                                                const btManifoldPoint& stock, double size) const {
+  const auto placed = [&](uint slot) {
+    const int child = slot == std::get<0>(shapes) ? std::get<1>(shapes) : std::get<3>(shapes);
+    return placedShapes(*m_oracle.object(slot)->getCollisionShape(), m_step->before[slot].transform, child);
   };
-  const PlacedShape a = placed(m.bodyA, inOrder ? firstChild : secondChild);
-  const PlacedShape b = placed(m.bodyB, inOrder ? secondChild : firstChild);
-  if (!a.shape->isConvex() || !b.shape->isConvex() || !(isCurved(*a.shape) || isCurved(*b.shape))) return false;
-  const double gap = gapAlong(a, b, toBullet(ours.normalWorldOnB));
-  return std::fabs(gap - double(ours.localPointA.w)) <= kSameDepth * size &&
-         gap > gapAlong(a, b, stock.m_normalWorldOnB);
+  const double same = kSameDepth * size;
+  for (const PlacedShape& a : placed(m.bodyA)) {
+    for (const PlacedShape& b : placed(m.bodyB)) {
+      const double gap = gapAlong(a, b, toBullet(ours.normalWorldOnB));
+      if (!(std::fabs(gap - double(ours.localPointA.w)) <= same)) continue;
+      const double stockGap = gapAlong(a, b, stock.m_normalWorldOnB);
+      return {stockGap <= gap + same, stockGap < gap};
+    }
+  }
+  return {};
 }
 
-// Of a contact with a mesh: Bullet finds it too, or has had it since the step before.
+// Of a contact with a mesh: Bullet finds it too, or has had it since the step before. Of two boxes: Bullet finds it
+// too. Both find up to eight corners, keep four of them, and put these one by one into a manifold in which they and old
+// points push each other out, whatever their depths are; the order of the four, and which four of five or more, is
+// btgpu's own.
 bool OneStepCheck::isFoundToo(const Manifold& ours, const ContactPoint& mine, double size) const {
-  return ours.bucket == BUCKET_MESH &&
-         (isLost(m_oracle, *m_oracle.object(ours.bodyA), *m_oracle.object(ours.bodyB), mine, size) ||
-          isKept(*m_step->cache, ours, mine));
+  if (ours.bucket != BUCKET_MESH && ours.bucket != BUCKET_BOX_BOX) return false;
+  if (ours.bucket == BUCKET_MESH && isKept(*m_step->cache, m_step->input.infos.values, ours, mine)) return true;
+  return isLost(m_oracle, *m_oracle.object(ours.bodyA), *m_oracle.object(ours.bodyB), mine, size);
 }
 
-void OneStepCheck::comparePair(const OracleWorld::ShapePair& shapes, const Manifold& ours,
-                               const btPersistentManifold* stock) {
+OneStepCheck::Verdict OneStepCheck::judge(const Manifold& ours, const btPersistentManifold& stock,
+                                          const ShapePair& shapes, double size) const {
+  const ContactPoint& mine = ours.points[deepestPoint(ours)];
+  const btManifoldPoint& theirs = deepestPoint(stock);
+  Verdict verdict = judgePoint(ours, mine, theirs, shapes, size);
+  if (isOlder(theirs, mine, stock, size)) verdict.depth = true;
+  if (verdict.depth && verdict.normal) return verdict;
+  // What was found anew is compared where stock has not got the old points, and where new points a hair apart take the
+  // place of old ones or do not.
+  const std::vector<BodyInfo>& infos = m_step->input.infos.values;
+  const bool filled = m_oracle.isFilled(shapes);
+  if ((filled && !isFoundByGjk(ours)) || !isKept(*m_step->cache, infos, ours, mine)) return verdict;
+  const ContactPoint* newest = nullptr;
+  for (int k = 0; k < ours.pointCount; ++k) {
+    const ContactPoint& p = ours.points[k];
+    if (isKept(*m_step->cache, infos, ours, p)) continue;
+    if (!newest || p.localPointA.w < newest->localPointA.w) newest = &p;
+  }
+  if (!newest) return filled ? verdict : Verdict{true, true};
+  const Verdict ofNew = judgePoint(ours, *newest, theirs, shapes, size);
+  return {verdict.depth || ofNew.depth, verdict.normal || ofNew.normal};
+}
+
+// One contact of ours next to stock's deepest.
+OneStepCheck::Verdict OneStepCheck::judgePoint(const Manifold& m, const ContactPoint& ours,
+                                               const btManifoldPoint& stock, const ShapePair& shapes,
+                                               double size) const {
+  Verdict verdict{sameDepth(ours, stock, size), cosineOf(ours, stock) >= kSameNormal};
+  if (verdict.depth && verdict.normal) return verdict;
+  if (isFoundToo(m, ours, size)) return {true, true};
+  if (!isFoundByGjk(m)) return verdict;
+  const Verdict byGaps = compareGaps(shapes, m, ours, stock, size);
+  return {verdict.depth || byGaps.depth, verdict.normal || byGaps.normal};
+}
+
+void OneStepCheck::comparePair(const Manifold& ours, const btPersistentManifold* stock, const ShapePair& shapes) {
   const uint a = ours.bodyA, b = ours.bodyB;
   const double size = std::min(m_sizes[a], m_sizes[b]);
   if (ours.pointCount == 0 && !stock) return;
@@ -378,14 +389,11 @@ void OneStepCheck::comparePair(const OracleWorld::ShapePair& shapes, const Manif
   m_missing.add(0, false, a, b);
   const ContactPoint& mine = ours.points[deepestPoint(ours)];
   const btManifoldPoint& theirs = deepestPoint(*stock);
-  const double cosine = double(toBullet(mine.normalWorldOnB).dot(theirs.m_normalWorldOnB));
-  const bool same = sameDepth(mine, theirs, size) && cosine >= kSameNormal;
-  const bool better = !same && (isBetter(shapes, ours, mine, theirs, size) || isFoundToo(ours, mine, size));
-  const bool depthAgrees = better || sameDepth(mine, theirs, size) || isOlder(theirs, mine, *stock, size);
+  const double cosine = cosineOf(mine, theirs);
+  const Verdict verdict = judge(ours, *stock, shapes, size);
   const double depthDifference = std::fabs(double(mine.localPointA.w) - double(theirs.getDistance())) / size;
-  m_depth.add(depthAgrees ? std::min(depthDifference, kSameDepth) : depthDifference, !depthAgrees, a, b);
-  m_normal.add(std::acos(std::max(-1.0, std::min(1.0, cosine))) * 180 / M_PI, !better && !(cosine >= kSameNormal), a,
-               b);
+  m_depth.add(verdict.depth ? std::min(depthDifference, kSameDepth) : depthDifference, !verdict.depth, a, b);
+  m_normal.add(std::acos(std::max(-1.0, std::min(1.0, cosine))) * 180 / M_PI, !verdict.normal, a, b);
 }
 
 // Our contacts with the impulses that stock's solver left in the dispatcher.

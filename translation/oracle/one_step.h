@@ -126,9 +126,17 @@ class OneStepCheck {
   Check ofShare(const char* name, const Measure& m) const;
   void compareContacts();
   bool isFoundToo(const Manifold& ours, const ContactPoint& mine, double size) const;
-  void comparePair(const OracleWorld::ShapePair& shapes, const Manifold& ours, const btPersistentManifold* stock);
-  bool isBetter(const OracleWorld::ShapePair& shapes, const Manifold& m, const ContactPoint& ours,
-                const btManifoldPoint& stock, double size) const;
+  using ShapePair = OracleWorld::ShapePair;
+  // What agrees with stock's contact, or is known to be right where stock's is not.
+  struct Verdict {
+    bool depth = false, normal = false;
+  };
+  void comparePair(const Manifold& ours, const btPersistentManifold* stock, const ShapePair& shapes);
+  Verdict judge(const Manifold& ours, const btPersistentManifold& stock, const ShapePair& shapes, double size) const;
+  Verdict judgePoint(const Manifold& m, const ContactPoint& ours, const btManifoldPoint& stock, const ShapePair& shapes,
+                     double size) const;
+  Verdict compareGaps(const ShapePair& shapes, const Manifold& m, const ContactPoint& ours,
+                      const btManifoldPoint& stock, double size) const;
   void compareSolver();
   void compareVelocities(const std::vector<Velocity>& stock);
   void compareJoints(const std::vector<Velocity>& stock);

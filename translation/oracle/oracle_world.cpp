@@ -3,6 +3,7 @@
 #include "oracle_world.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "../../gpu_engine/slots.h"
 #include "../contacts.h"
@@ -120,6 +121,22 @@ void OracleWorld::setForces() {
   applyGravity();
 }
 
+namespace {
+
+// Of the nearest points of two manifolds of the same bodies.
+double distanceSqrOf(const Manifold& ours, const btPersistentManifold& stock) {
+  double least = HUGE_VAL;
+  for (int i = 0; i < ours.pointCount; ++i) {
+    for (int k = 0; k < stock.getNumContacts(); ++k) {
+      const btVector3 apart = toBullet(ours.points[i].localPointA) - stock.getContactPoint(k).m_localPointA;
+      least = std::min(least, double(apart.length2()));
+    }
+  }
+  return least;
+}
+
+}  // namespace
+
 void OracleWorld::setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache,
                            const std::vector<BodyInfo>& infos) {
   restore(states);
@@ -133,7 +150,7 @@ void OracleWorld::setState(const std::vector<BodyState>& states, const std::vect
     (isChild ? compound : single).push_back(m);
   }
   m_notFilled.clear();
-  const ShapeManifolds known = compound.empty() ? ShapeManifolds() : findShapeManifolds();
+  ShapeManifolds known = compound.empty() ? ShapeManifolds() : findShapeManifolds();
   replaceContacts(single, single.size());
   for (Manifold& m : compound) {
     const int childA = childOf(infos, m.bodyA), childB = childOf(infos, m.bodyB);
@@ -141,15 +158,20 @@ void OracleWorld::setState(const std::vector<BodyState>& states, const std::vect
     m.bodyB = ownerOf(infos, m.bodyB);
     if (m.pointCount == 0) continue;
     const ShapePair shapes{m.bodyA, childA, m.bodyB, childB};
-    const auto it = known.find(shapes);
-    if (it == known.end()) {
+    const auto [first, last] = known.equal_range(shapes);
+    const auto nearest = std::min_element(first, last, [&m](const auto& p, const auto& q) {
+      return distanceSqrOf(m, *p.second) < distanceSqrOf(m, *q.second);
+    });
+    if (nearest == last) {
       m_notFilled.insert(shapes);
       continue;
     }
-    writeManifold(m, *it->second);
+    btPersistentManifold& manifold = *nearest->second;
+    known.erase(nearest);
+    writeManifold(m, manifold);
     for (int k = 0; k < m.pointCount; ++k) {
-      it->second->getContactPoint(k).m_index0 = childA;
-      it->second->getContactPoint(k).m_index1 = childB;
+      manifold.getContactPoint(k).m_index0 = childA;
+      manifold.getContactPoint(k).m_index1 = childB;
     }
   }
 }

@@ -103,9 +103,12 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   // The bodies of a manifold with points, each with the number of its compound's shape that they name, or -1.
   using ShapePair = std::tuple<uint, int, uint, int>;
   ShapePair shapesOf(const btPersistentManifold& manifold) const;
-  // Of the last setState: two shapes of compounds whose cache could not be filled, since stock finds no new contact of
-  // theirs. Whether they keep the old one can't be told.
-  bool isFilled(const ShapePair& shapes) const { return m_notFilled.count(shapes) == 0; }
+  // Of the last setState: false for two shapes of compounds, in either order, whose cache could not be filled, since
+  // stock finds no new contact of theirs. Whether they keep the old one can't be told.
+  bool isFilled(const ShapePair& shapes) const {
+    const auto [a, childA, b, childB] = shapes;
+    return m_notFilled.count(shapes) == 0 && m_notFilled.count({b, childB, a, childA}) == 0;
+  }
   // Turns the order of the dispatcher's manifolds round, and with it the order of the solver's rows.
   void reverseContacts();
   // Islands and solver, as in stock's step; `iterations` < 0: the world's own number.
@@ -129,7 +132,8 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   btDbvtBroadphase& pairFinder() { return broadphase; }
 
  private:
-  using ShapeManifolds = std::map<ShapePair, btPersistentManifold*>;
+  // Shapes of nested compounds may share a number.
+  using ShapeManifolds = std::multimap<ShapePair, btPersistentManifold*>;
   ShapeManifolds findShapeManifolds();
   bool hasCompound(const Manifold& m) const;
   void releaseLoose();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-#include "mesh_contacts.h"
+#include "found_contacts.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -19,8 +19,8 @@ class AllContacts : public btManifoldResult {
 
 }  // namespace
 
-std::vector<FoundContact> contactsWithTriangles(btCollisionWorld& world, const btCollisionObject& a,
-                                                const btCollisionObject& b) {
+std::vector<FoundContact> contactsFound(btCollisionWorld& world, const btCollisionObject& a,
+                                        const btCollisionObject& b) {
   const btCollisionObjectWrapper ofA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
   const btCollisionObjectWrapper ofB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
   btDispatcher& dispatcher = *world.getDispatcher();
