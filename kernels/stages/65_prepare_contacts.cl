@@ -135,19 +135,12 @@ static void prepareSlot(CHECKS uint i, StepParams s, __global const SlotHeader* 
   const uint bodyA = manifold->bodyA, bodyB = manifold->bodyB;
   const End a = makeEnd(WITH_CHECKS bodyA, infos, poses, steps, masses, materials);
   const End b = makeEnd(WITH_CHECKS bodyB, infos, poses, steps, masses, materials);
-  // The next point is under way while this one's rows are made: no load may overtake their stores.
-  ContactPoint next = manifold->points[0];
   for (uint k = 0; k < header.pointCount; ++k) {
-    ContactPoint p = next;
-    if (k + 1 < header.pointCount) next = manifold->points[k + 1];
+    ContactPoint p = manifold->points[k];
     const float4 ra = mulMatrix(a.rotation, p.localPointA), rb = mulMatrix(b.rotation, p.localPointB);
     const int solved = p.localPointA.w <= manifold->processingThreshold && (a.pushed || b.pushed);
-    if (solved) {
-      chooseTangents(s, a, b, ra, rb, &p);
-      manifold->points[k].lateralFrictionDir1 = p.lateralFrictionDir1;
-      manifold->points[k].lateralFrictionDir2 = p.lateralFrictionDir2;
-      manifold->points[k].flags = p.flags;
-    }
+    if (solved) chooseTangents(s, a, b, ra, rb, &p);
+    manifold->points[k] = p;
     __global float* slot2 = tangent2;
     if (s.flags & STEP_TWO_FRICTION) {
       slot2 += slotBase(i, SLOT_TANGENT2_FIELDS) + k * TANGENT2_FIELDS * BTGPU_LANES;
