@@ -115,7 +115,7 @@ TEST(SmallWorld, NotWhileSomebodyLooks) {
   EXPECT_EQ(pile.w.world.statistics().m_smallSteps, 2u);
   expectOnDevice(limitedTo(0), "turned off by setting");
   btGpuSettings settings;
-  settings.m_device = "cpu";
+  settings.m_device = "0";
   expectOnDevice(settings, "a device by name");
   settings = {};
   settings.m_crosscheckEvery = 1;

@@ -109,7 +109,7 @@ TEST(Shapes, WhatTheDeviceLacksGoesToTheHostByName) {
   FourBodies w;
   auto* compound = w.shape<btCompoundShape>();
   compound->addChildShape(btTransform::getIdentity(), w.shape<OwnSphere>(s(1)));
-  auto* sum = w.shape<btMinkowskiSumShape>(w.ball, w.ball);
+  auto* sum = w.shape<btMinkowskiSumShape>(w.shape<btConeShape>(s(1), s(1)), w.ball);
   auto* own = w.shape<OwnSphere>(s(1));
   w.bodies[0]->setCollisionShape(compound);
   w.bodies[1]->setCollisionShape(sum);
