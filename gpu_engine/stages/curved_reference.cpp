@@ -50,7 +50,7 @@ Vec spheresSupport(const Shape& s, const HullArrays& hulls, Vec d) {
   Vec best;
   double farthest = -INFINITY;
   for (int i = 0; i < s.vertexCount; ++i) {
-    const double radius = hulls.vertices[static_cast<size_t>(s.firstVertex + i)].w;
+    const double radius = hulls.vertices[static_cast<size_t>(s.firstVertex) + static_cast<size_t>(i)].w;
     const Vec p = vertexAt(hulls, s, i) + outward * radius;
     if (dot(p, d) <= farthest) continue;
     farthest = dot(p, d);
@@ -114,7 +114,7 @@ double PlacedCore::distanceTo(Vec point) const {
   double most = 0;
   if (shape->type == SHAPE_HULL) {
     for (int f = 0; f < shape->faceCount; ++f) {
-      const float4 plane = hulls->faces[static_cast<size_t>(shape->firstFace + f)].plane;
+      const float4 plane = hulls->faces[static_cast<size_t>(shape->firstFace) + static_cast<size_t>(f)].plane;
       most = std::max(most, dot(toVec(plane), p) - plane.w);
     }
     return most;
@@ -173,7 +173,8 @@ WidestGap widestGapReference(const CurvedPair& pair) {
   for (const PlacedCore* core : {&pair.a, &pair.b}) {
     for (int f = 0; core->shape->type == SHAPE_HULL && f < core->shape->faceCount; ++f) {
       const Vec normal =
-          unitOf(core->rotation * toVec(core->hulls->faces[static_cast<size_t>(core->shape->firstFace + f)].plane));
+          unitOf(core->rotation *
+                 toVec(core->hulls->faces[static_cast<size_t>(core->shape->firstFace) + static_cast<size_t>(f)].plane));
       look(core == &pair.a ? normal : -normal);
     }
   }
