@@ -193,7 +193,8 @@ void nameTriangles(const Manifold& from, const WorldInput& input, btPersistentMa
   for (int k = 0; k < from.pointCount; ++k) {
     const int triangle = static_cast<int>(from.points[k].lateralFrictionDir2.w) - 1;
     if (triangle < 0 || triangle >= mesh.triangleCount) continue;
-    const MeshTriangle& t = input.meshes.triangles[static_cast<std::size_t>(mesh.firstTriangle + triangle)];
+    const MeshTriangle& t =
+        input.meshes.triangles[static_cast<std::size_t>(mesh.firstTriangle) + static_cast<std::size_t>(triangle)];
     manifold.getContactPoint(k).m_partId1 = t.part;
     manifold.getContactPoint(k).m_index1 = t.index;
   }

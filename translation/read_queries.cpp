@@ -93,8 +93,9 @@ bool QueryReader::isConvexOrPlane(const btCollisionShape& from, int shapeIndex) 
 // Those that kernels/lib/ray_cast.h has a test for: in a double world only what does not need Bullet's own bits.
 bool QueryReader::isTested(const btCollisionShape& from, int shapeIndex) const {
   if (!isConvexOrPlane(from, shapeIndex)) return false;
+  if (sizeof(btScalar) == sizeof(float)) return true;
   const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
-  return sizeof(btScalar) == sizeof(float) || type == SHAPE_SPHERE || type == SHAPE_PLANE;
+  return type == SHAPE_SPHERE || type == SHAPE_PLANE;
 }
 
 void QueryReader::findItems(const btCollisionObjectArray& objects) {

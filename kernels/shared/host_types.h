@@ -41,6 +41,7 @@ inline float fmax(float a, float b) { return std::fmax(a, b); }
 inline float clamp(float v, float lo, float hi) { return std::fmin(std::fmax(v, lo), hi); }
 inline float fabs(float v) { return std::fabs(v); }
 inline float sqrt(float v) { return std::sqrt(v); }
+inline float floor(float v) { return std::floor(v); }
 inline float sin(float v) { return std::sin(v); }
 inline float cos(float v) { return std::cos(v); }
 inline float pow(float a, float b) { return std::pow(a, b); }
