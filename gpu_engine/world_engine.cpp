@@ -52,7 +52,8 @@ WorldEngine::WorldEngine(const EngineSettings& settings)
       m_hostStages(settings.hostStages.empty() ? fromEnvironment("BTGPU_HOST_STAGES") : settings.hostStages,
                    settings.checkStages || fromEnvironment("BTGPU_CHECK_STAGES") == "1"),
       m_pipeline(*m_device, m_hostStages),
-      m_world(std::make_unique<DeviceWorld>()) {
+      m_world(std::make_unique<DeviceWorld>()),
+      m_residentGroups(m_device->residentGroups()) {
   m_queue.setRecorder(recorderFromEnvironment(*m_device));
 }
 
@@ -82,7 +83,7 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     wanted.slots = wanted.pairs / 2 + kFirstPadding;
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
-    wanted.residentGroups = m_device->residentGroups();
+    wanted.residentGroups = m_residentGroups;
   }
   if (m_traits.has(SHAPE_MESH)) wanted.triangleHits = std::max(wanted.triangleHits, wanted.pairs);
   reserve(wanted);
@@ -376,10 +377,7 @@ void WorldEngine::growAfterOverflow(const StepCounters& counters) {
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
   if (counters.overflow & OVERFLOW_TRIANGLES) wanted.triangleHits = withSpare(counters.triangleHits);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
-  if (counters.overflow & OVERFLOW_ABSENT) {
-    m_residentAbsent = true;
-    wanted.residentGroups = 0;
-  }
+  if (counters.overflow & OVERFLOW_ABSENT) wanted.residentGroups = m_residentGroups = 0;
   reserve(wanted);
 }
 
@@ -391,9 +389,8 @@ void WorldEngine::adaptLaunches(const StepCounters& counters) {
   // One more than were needed: a round too few is done by one group, which takes it longer than an empty launch.
   // Few slots a colour, a warp of each group or less: then waits for each other are shorter than launches. With more,
   // more lanes than can be resident hide what each of them waits for.
-  const uint groups = m_residentAbsent ? 0 : m_device->residentGroups();
-  const bool few = counters.slotCount <= size_t{groups} * BTGPU_LANES * std::max(1u, counters.colourCount);
-  c.residentGroups = few ? groups : 0;
+  const bool few = counters.slotCount <= size_t{m_residentGroups} * BTGPU_LANES * std::max(1u, counters.colourCount);
+  c.residentGroups = few ? m_residentGroups : 0;
   c.colourRounds = approach(c.colourRounds, counters.colourRounds > 0 ? counters.colourRounds + 1 : 0);
 }
 

@@ -107,7 +107,7 @@ class WorldEngine {
   Ahead m_ahead = Ahead::None;
   bool m_aheadAllowed = true;           // there is memory for it
   bool m_contactsUnseen = false;        // the contacts of the last finished step were wanted later, and not sent
-  bool m_residentAbsent = false;        // the solver's groups could not run at once: a launch a colour from then on
+  uint m_residentGroups;                // that the solver may have; 0 once they could not all run at once
   bool m_prefetched = false;            // the current step was ahead once
   const WorldInput* m_input = nullptr;  // from begin() to finish()
   std::string m_recoveredFrom;          // the error that the current step was done again for

@@ -14,41 +14,30 @@ constexpr const char* kFile = "stages/70_solve_velocities.cl";
 SolveVelocities::SolveVelocities(ComputeDevice& device, const char* name)
     : m_name(name),
       m_inTeam(device.shape() == KernelShape::Cpu),
+      m_solveAtOnce(device, kFile, m_inTeam ? "solveInTeam" : "solveResident"),
       m_solveJointColour(device, kFile, "solveJointColour"),
       m_solveJointsSerial(device, kFile, "solveJointsSerial"),
       m_storeImpulses(device, kFile, "storeImpulses") {
-  if (m_inTeam) {
-    m_solveInTeam = Kernel(device, kFile, "solveInTeam");
-  } else {
-    m_solveColour = Kernel(device, kFile, "solveColour");
-    m_solveRest = Kernel(device, kFile, "solveRest");
-  }
+  if (m_inTeam) return;
+  m_solveColour = Kernel(device, kFile, "solveColour");
+  m_solveRest = Kernel(device, kFile, "solveRest");
 }
 
 void SolveVelocities::solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats) {
-  uint sequence = 0;
-  for (size_t i = 0; i < passes.size(); ++i) sequence |= passes[i] << (i * PASS_BITS);
-  if (!m_inTeam && world.capacities.residentGroups > 0) {
-    solveResident(queue, world, sequence, repeats);
-    return;
-  }
-  if (!m_inTeam) {
+  const size_t resident = world.capacities.residentGroups;
+  if (!m_inTeam && resident == 0) {
     for (int i = 0; i < repeats; ++i) {
       for (const uint p : passes) solveColours(queue, world, p);
     }
     return;
   }
-  m_solveInTeam.launch(queue, queue.device().teamGrid(world.bodyCount), static_cast<uint>(repeats), sequence,
-                       world.counters, world.params, world.slotFirst, world.slots, world.solverMasses,
-                       world.solverBodies, world.rows, world.tangent2, world.torsion, world.solverTeam);
-}
-
-void SolveVelocities::solveResident(Queue& queue, DeviceWorld& world, uint sequence, int repeats) {
-  if (!m_solveResident.isBuilt()) m_solveResident = Kernel(queue.device(), kFile, "solveResident");
-  const Grid grid{size_t{world.capacities.residentGroups} * RESIDENT_GROUP, RESIDENT_GROUP};
-  m_solveResident.launch(queue, grid, static_cast<uint>(repeats), sequence, world.counters, world.params,
-                         world.slotFirst, world.slots, world.solverMasses, world.solverBodies, world.rows,
-                         world.tangent2, world.torsion, world.solverTeam);
+  uint sequence = 0;
+  for (size_t i = 0; i < passes.size(); ++i) sequence |= passes[i] << (i * PASS_BITS);
+  const Grid grid =
+      m_inTeam ? queue.device().teamGrid(world.bodyCount) : Grid{resident * RESIDENT_GROUP, RESIDENT_GROUP};
+  m_solveAtOnce.launch(queue, grid, static_cast<uint>(repeats), sequence, world.counters, world.params, world.slotFirst,
+                       world.slots, world.solverMasses, world.solverBodies, world.rows, world.tangent2, world.torsion,
+                       world.solverTeam);
 }
 
 void SolveVelocities::solveColours(Queue& queue, DeviceWorld& world, uint passes) {

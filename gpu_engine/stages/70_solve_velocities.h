@@ -27,13 +27,11 @@ class SolveVelocities {
  private:
   // `repeats` times these passes over all contacts.
   virtual void solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats);
-  void solveResident(Queue& queue, DeviceWorld& world, uint sequence, int repeats);
   void solveColours(Queue& queue, DeviceWorld& world, uint passes);
   void solveJoints(Queue& queue, DeviceWorld& world, uint iteration);
   const char* m_name;
   bool m_inTeam;
-  Kernel m_solveInTeam, m_solveResident, m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial,
-      m_storeImpulses;
+  Kernel m_solveAtOnce, m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
 };
 
 }  // namespace btgpu

@@ -29,19 +29,7 @@ STRUCT(Resident) {
   uint due;  // arrivals in all rounds that have begun
 };
 
-// The last group to leave puts the words back to zero. Returns false.
-static int leaveResident(volatile __global uint* team) {
-  barrier(CLK_GLOBAL_MEM_FENCE);
-  if (get_local_id(0) == 0 && atomic_inc(team + TEAM_LEFT) + 1 == get_num_groups(0)) {
-    atomic_xchg(team + TEAM_MEMBERS, 0);
-    atomic_xchg(team + TEAM_STATE, TEAM_OPEN);
-    atomic_xchg(team + TEAM_DONE, 0);
-    atomic_xchg(team + TEAM_LEFT, 0);
-  }
-  return 0;
-}
-
-// Whether all groups of this launch are running; if not, the group has left.
+// Whether all groups of this launch are running; if not, this one has nothing to do but to leave.
 static int callRoll(Resident* r, __global uint* team, __global StepCounters* counters, __local uint* state) {
   r->team = team;
   r->due = 0;
@@ -55,7 +43,7 @@ static int callRoll(Resident* r, __global uint* team, __global StepCounters* cou
     if (*state == TEAM_GIVEN_UP) atomic_or(&counters->overflow, OVERFLOW_ABSENT);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  return *state == TEAM_COMPLETE || leaveResident(r->team);
+  return *state == TEAM_COMPLETE;
 }
 
 // What this group had to do in a round is done. Between this and awaitOthers() it may do what needs nothing of the
@@ -75,6 +63,16 @@ static void awaitOthers(const Resident* r) {
     DEVICE_FENCE();
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
+}
+
+// By all groups in the end. The last one puts the words back to zero.
+static void leaveResident(const Resident* r) {
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  if (get_local_id(0) != 0 || atomic_inc(r->team + TEAM_LEFT) + 1 < get_num_groups(0)) return;
+  atomic_xchg(r->team + TEAM_MEMBERS, 0);
+  atomic_xchg(r->team + TEAM_STATE, TEAM_OPEN);
+  atomic_xchg(r->team + TEAM_DONE, 0);
+  atomic_xchg(r->team + TEAM_LEFT, 0);
 }
 
 #endif

@@ -136,7 +136,8 @@ static uint firstOf(int large) {
 static uint strideOf(int large) { return large ? RESIDENT_GROUP * get_num_groups(0) : RESIDENT_GROUP; }
 
 // `repeats` times the passes of `sequence`, as solveInTeam. While the groups wait for each other, the impulses of this
-// colour and the rows of the next one are under way: nobody but the lane itself touches those. `team`: of ../lib/resident.h.
+// colour and the rows of the next one are under way: nobody but the lane itself touches those.
+// `team`: of ../lib/resident.h.
 KERNEL_OF(RESIDENT_GROUP)
 solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counters, __global const StepParams* params,
               __global const uint* slotFirst, __global const SlotHeader* slots, __global const SolverMass* masses,
@@ -145,14 +146,14 @@ solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counter
   __local uint state, firsts[COLOUR_TABLE];
   Resident r;
   for (uint c = get_local_id(0); c < COLOUR_TABLE; c += RESIDENT_GROUP) firsts[c] = slotFirst[c];
-  if (!callRoll(&r, team, counters, &state)) return;
+  const int complete = callRoll(&r, team, counters, &state);
   const uint flags = params->flags, colours = counters->colourCount, large = min(counters->largeColours, colours);
   const uint serial = firsts[COLOUR_SERIAL + 1] - firsts[COLOUR_SERIAL];
   const int together = large > 0;  // else the first group is alone
   FetchedSlot f;
   f.header.manifold = NO_INDEX;
   Turn turn = {repeats, sequence, 0};
-  if (counters->overflow || (!together && get_group_id(0) != 0) || colours + serial == 0) turn.repeats = 0;
+  if (!complete || counters->overflow || (!together && get_group_id(0) != 0) || colours + serial == 0) turn.repeats = 0;
   int fetched = 0;
   while (turn.repeats > 0) {
     const uint passes = passesOf(turn), colour = turn.colour;
@@ -192,7 +193,7 @@ solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counter
     }
     if (meets) awaitOthers(&r);
   }
-  leaveResident(r.team);
+  leaveResident(&r);
 }
 
 #endif
