@@ -6,9 +6,6 @@
 namespace scenes {
 namespace {
 
-btTransform placedAt(double x, double y, double z) {
-  return btTransform(btQuaternion::getIdentity(), btVector3(s(x), s(y), s(z)));
-}
 btTransform turned(const btVector3& axis) {
   return btTransform(btQuaternion(axis, s(SIMD_HALF_PI)), btVector3(0, 0, 0));
 }

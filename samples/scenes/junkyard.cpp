@@ -6,10 +6,6 @@
 namespace scenes {
 namespace {
 
-btTransform placedAt(double x, double y, double z) {
-  return btTransform(btQuaternion::getIdentity(), btVector3(s(x), s(y), s(z)));
-}
-
 // Compounds are as heavy to either side of their origin, which is their centre of mass.
 
 // Two irregular hulls grown together.

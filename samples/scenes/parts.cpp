@@ -61,6 +61,10 @@ std::vector<btVector3> randomHull(std::mt19937& random, int count, const btVecto
   return points;
 }
 
+btTransform placedAt(double x, double y, double z) {
+  return btTransform(btQuaternion::getIdentity(), btVector3(s(x), s(y), s(z)));
+}
+
 btConvexHullShape* rock(Objects& o, std::mt19937& random) {
   std::uniform_real_distribution<double> size(0.25, 0.6);
   std::uniform_int_distribution<int> corners(8, 20);

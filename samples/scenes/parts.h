@@ -36,6 +36,9 @@ void pile(Objects& o, Size n, double pitch, double bottom, const std::vector<btC
 // Static walls around the y axis, as thick as a large body, up to this height.
 void addWalls(Objects& o, double halfX, double halfZ, double height);
 
+// Not turned.
+btTransform placedAt(double x, double y, double z);
+
 // Calls place(random, x + y + z, pose) for each place of a grid over the ground, the lowest `lift` above it: somewhat
 // off, and turned at random.
 template <typename Place>

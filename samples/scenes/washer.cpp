@@ -37,16 +37,13 @@ btCompoundShape* shapeOf(Objects& o, const Drum& drum) {
   btBoxShape* fin = o.box(btVector3(s(drum.fin / 2), s(Drum::kHalfFin), s(drum.halfLength)));
   for (int i = 0; i < Drum::kSlabs; ++i) {
     const btTransform turn(btQuaternion(btVector3(0, 0, 1), s(kTurn * i / Drum::kSlabs)), btVector3(0, 0, 0));
-    const auto outwards = [&turn](double r) {
-      return turn * btTransform(btQuaternion::getIdentity(), btVector3(s(r), 0, 0));
-    };
+    const auto outwards = [&turn](double r) { return turn * placedAt(r, 0, 0); };
     shape->addChildShape(outwards(middle), slab);
     if (i % Drum::kSlabsPerFin == 0) shape->addChildShape(outwards(drum.radius - drum.fin / 2), fin);
   }
   btBoxShape* end = o.box(btVector3(s(outer), s(outer), s(Drum::kHalfWall)));
   for (const double side : {-1.0, 1.0}) {
-    const btVector3 at(0, 0, s(side * (drum.halfLength + Drum::kHalfWall)));
-    shape->addChildShape(btTransform(btQuaternion::getIdentity(), at), end);
+    shape->addChildShape(placedAt(0, 0, side * (drum.halfLength + Drum::kHalfWall)), end);
   }
   return shape;
 }
