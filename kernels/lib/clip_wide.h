@@ -24,13 +24,8 @@ typedef struct WideSides {
   int clips;      // 0: no region over it
 } WideSides;
 
-WIDE Lanes3 broadcastFrom(const float* from, int lane) {
-  Lanes3 r;
-  r.x = (Lanes)from[lane];
-  r.y = (Lanes)from[BTGPU_WIDE + lane];
-  r.z = (Lanes)from[2 * BTGPU_WIDE + lane];
-  return r;
-}
+WIDE Lanes3 broadcastFrom(const float* from, int lane) { return broadcastWide(laneOf(from, lane)); }
+
 // from, to: where the edges begin and end (x of all, y, z), those of B first and then those of A; countB, countA of
 // them. Points are on B's core. limit, least: of the picker.
 WIDE void clipFacesWide(const float* from, const float* to, int countB, int countA, WideSides a, WideSides b,

@@ -45,6 +45,15 @@ STRUCT(Hulls) {
   __global const uint* corners;
   __global const HullEdge* edges;
 };
+LIB Hulls hullsOf(__global const float4* vertices, __global const HullFace* faces, __global const uint* corners,
+                  __global const HullEdge* edges) {
+  Hulls h;
+  h.vertices = vertices;
+  h.faces = faces;
+  h.corners = corners;
+  h.edges = edges;
+  return h;
+}
 
 // Kernels for meshes have cores that are triangles as well, the others nothing of that.
 #ifdef BTGPU_TRIANGLE_CORES

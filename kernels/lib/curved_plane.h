@@ -41,11 +41,7 @@ LIB void collideCurvedPlane(Shape shape, __global const float4* hullVertices, Ma
                             float4 bFromA, float threshold, REF(RawContacts) out) {
   const float4 normal = xyz(planeInWorld), normalInA = mulTransposed(rotationA, planeInWorld);
   const float centre = -dot3(planeInWorld, bFromA) - planeInWorld.w - shape.margin;
-  Hulls hulls;
-  hulls.vertices = hullVertices;
-  hulls.faces = 0;
-  hulls.corners = 0;
-  hulls.edges = 0;
+  const Hulls hulls = hullsOf(hullVertices, 0, 0, 0);
   Core core = coreOf(shape);
   core.facing = -normalInA;
   const float size = length3(shape.centre) + length3(shape.extents);

@@ -8,10 +8,6 @@ KERNEL closestPoints(CHECKS uint count, __global const Shape* shapes, __global c
                      __global const HullFace* hullFaces, __global const uint* hullCorners,
                      __global const HullEdge* hullEdges, __global const ClosestQuery* queries,
                      __global ClosestAnswer* answers) {
-  Hulls hulls;
-  hulls.vertices = hullVertices;
-  hulls.faces = hullFaces;
-  hulls.corners = hullCorners;
-  hulls.edges = hullEdges;
+  const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
   FOR_EACH(i, count) AT(answers, i) = closestPointsOf(AT(queries, i), shapes, hulls);
 }

@@ -2,16 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Pairs in which a hull or something curved takes part, and capsules on boxes: where they are closest. Positions count
 // from the first such pair in items[]; the buckets lie side by side.
-#include "../lib/convex.h"
+#include "../lib/closest_cores.h"
 #include "../lib/convex_buckets.h"
-#ifdef BTGPU_CURVED
-#include "../lib/curved.h"
-#else
-#include "../lib/convex_sat.h"
-#endif
-#ifdef BTGPU_SHAPE_CPU
-#include "../lib/gjk_wide.h"
-#endif
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
@@ -26,16 +18,6 @@
   ASSERT((s).type != SHAPE_HULL || (uint)((s).firstEdge + (s).edgeCount) <= LENGTH(hullEdges), (s).firstEdge,          \
          (s).edgeCount)
 
-static Hulls hullsOf(__global const float4* vertices, __global const HullFace* faces, __global const uint* corners,
-                     __global const HullEdge* edges) {
-  Hulls h;
-  h.vertices = vertices;
-  h.faces = faces;
-  h.corners = corners;
-  h.edges = edges;
-  return h;
-}
-
 // Single work item: number of convex pairs, for the compactions that follow.
 SINGLE_KERNEL countConvexPairs(__global const StepCounters* counters, __global const uint* bucketFirst,
                                __global uint* convexCount) {
@@ -47,11 +29,7 @@ SINGLE_KERNEL countConvexPairs(__global const StepCounters* counters, __global c
 static void storeClosest(CHECKS CorePair cores, Hulls hulls, Matrix3 ra, int what, ClosestFeatures found, uint k,
                          uint i, __global RawContacts* contacts, __global ClosestFeatures* closest, __global uint* near,
                          __global uint* overlap) {
-#ifdef BTGPU_CURVED
-  if (what == CORES_NEAR) preferFlat(cores, hulls, FACE_AS_GOOD * cores.size, &found);
-#else
-  if (what == CORES_NEAR) preferFace(cores, hulls, &found);
-#endif
+  if (what == CORES_NEAR) preferFaces(cores, hulls, &found);
   if (what != CORES_FAR) AT(closest, k) = found;
   AT(near, k) = what != CORES_FAR;
   AT(overlap, k) = what == CORES_OVERLAP;
@@ -117,16 +95,11 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
         start = mulTransposed(ra, unpackAxis(AT(oldManifolds, pair.oldManifold).axis));
       }
     }
-    ClosestFeatures found;
-    found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
+    ClosestFeatures found = nothingFound();
     const float limit = cores.a.margin + cores.b.margin + threshold;
 #ifdef BTGPU_SHAPE_CPU
     ClosestBegun begun;
-#ifdef BTGPU_CURVED
-    const int what = beginCurved(cores, hulls, start, limit, &begun, &found);
-#else
-    const int what = beginClosest(cores, hulls, start, limit, &begun, &found);
-#endif
+    const int what = beginCores(cores, hulls, start, limit, &begun, &found);
     if (what == CORES_OPEN) {
       const int l = block.gjk.count;
       block.positions[l] = k;
@@ -136,10 +109,8 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
       if (block.gjk.count == BTGPU_WIDE) findInBlock(WITH_CHECKS &block, hulls, contacts, closest, near, overlap);
       continue;
     }
-#elif defined(BTGPU_CURVED)
-    const int what = closestCurved(cores, hulls, start, limit, &found);
 #else
-    const int what = closestFeatures(cores, hulls, start, limit, &found);
+    const int what = closestCores(cores, hulls, start, limit, &found);
 #endif
     storeClosest(WITH_CHECKS cores, hulls, ra, what, found, k, i, contacts, closest, near, overlap);
   }
@@ -165,10 +136,6 @@ KERNEL findWaysOut(CHECKS __global const StepCounters* counters, uint pairCapaci
     const CorePair cores =
         corePairOf(AT(shapes, AT(infos, pair.bodyA).shapeIndex), AT(shapes, AT(infos, pair.bodyB).shapeIndex),
                    matrixFromQuaternion(a.orientation), matrixFromQuaternion(b.orientation), b.position - a.position);
-#ifdef BTGPU_CURVED
-    AT(closest, k) = shortestCurvedWayOut(cores, hulls);
-#else
-    AT(closest, k) = shortestWayOut(cores, hulls);
-#endif
+    AT(closest, k) = wayOutOf(cores, hulls);
   }
 }

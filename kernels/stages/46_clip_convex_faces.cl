@@ -15,11 +15,7 @@ KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCa
                        __global const uint* hullCorners, __global const ClosestFeatures* closest,
                        __global RawContacts* contacts) {
   RETURN_ON_OVERFLOW(counters);
-  Hulls hulls;
-  hulls.vertices = hullVertices;
-  hulls.faces = hullFaces;
-  hulls.corners = hullCorners;
-  hulls.edges = 0;
+  const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, 0);
   FOR_EACH(n, itemCount(pairCapacity, nearCount)) {
     const uint k = AT(nearPairs, n);
     const uint i = AT(items, bucketFirst[BUCKET_FIRST_CONVEX] + k);

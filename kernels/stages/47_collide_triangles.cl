@@ -5,13 +5,10 @@
 // triangles alone.
 #define BTGPU_TRIANGLE_CORES
 #include "../lib/convex_clip.h"
-#ifdef BTGPU_CURVED
-#include "../lib/curved.h"
-#else
-#include "../lib/convex_sat.h"
+#ifndef BTGPU_SPHERES
+#include "../lib/closest_cores.h"
 #endif
 #if defined(BTGPU_SHAPE_CPU) && !defined(BTGPU_SPHERES)
-#include "../lib/gjk_wide.h"
 #include "../lib/triangle_wide.h"
 #define GJK_IN_BLOCKS
 #endif
@@ -126,13 +123,8 @@ static NearHit nearHitOf(const MeshPair* m, Triangle t) {
 static void collideCores(CorePair cores, Hulls hulls, int what, ClosestFeatures found, Matrix3 ra, float threshold,
                          RawContacts* raw) {
   if (what == CORES_FAR) return;
-#ifdef BTGPU_CURVED
-  if (what == CORES_NEAR) preferFlat(cores, hulls, FACE_AS_GOOD * cores.size, &found);
-  if (what == CORES_OVERLAP) found = shortestCurvedWayOut(cores, hulls);
-#else
-  if (what == CORES_NEAR) preferFace(cores, hulls, &found);
-  if (what == CORES_OVERLAP) found = shortestWayOut(cores, hulls);
-#endif
+  if (what == CORES_NEAR) preferFaces(cores, hulls, &found);
+  if (what == CORES_OVERLAP) found = wayOutOf(cores, hulls);
   collideConvex(cores, hulls, found, ra, threshold, raw);
 }
 
@@ -140,13 +132,8 @@ static void collideCores(CorePair cores, Hulls hulls, int what, ClosestFeatures 
 static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
   if (!mayBeNear(m, t)) return;
   const NearHit hit = nearHitOf(m, t);
-  ClosestFeatures found;
-  found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
-#ifdef BTGPU_CURVED
-  const int what = closestCurved(hit.cores, hulls, hit.start, hit.limit, &found);
-#else
-  const int what = closestFeatures(hit.cores, hulls, hit.start, hit.limit, &found);
-#endif
+  ClosestFeatures found = nothingFound();
+  const int what = closestCores(hit.cores, hulls, hit.start, hit.limit, &found);
   collideCores(hit.cores, hulls, what, found, m->ra, m->threshold, raw);
 }
 #endif
@@ -189,14 +176,9 @@ static void collideOrWait(CHECKS const MeshPair* m, Triangle t, uint h, Hulls hu
                           __global TriangleContacts* touches) {
   RawContacts raw = noContacts();
   const NearHit hit = nearHitOf(m, t);
-  ClosestFeatures found;
+  ClosestFeatures found = nothingFound();
   ClosestBegun begun;
-  found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
-#ifdef BTGPU_CURVED
-  const int what = beginCurved(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
-#else
-  const int what = beginClosest(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
-#endif
+  const int what = beginCores(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
   if (what == CORES_OPEN) {
     const int l = block->gjk.count;
     block->hits[l] = h;
@@ -250,11 +232,7 @@ KERNEL collideTriangles(CHECKS __global const StepCounters* counters, __global c
                         __global const HullEdge* hullEdges, __global const MeshTriangle* meshTriangles,
                         __global const TriangleHit* hits, __global TriangleContacts* touches) {
   RETURN_ON_OVERFLOW(counters);
-  Hulls hulls;
-  hulls.vertices = hullVertices;
-  hulls.faces = hullFaces;
-  hulls.corners = hullCorners;
-  hulls.edges = hullEdges;
+  const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
   uint known = NO_INDEX;
   MeshPair pair;
 #ifdef GJK_IN_BLOCKS
