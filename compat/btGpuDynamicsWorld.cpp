@@ -13,8 +13,10 @@
 #include <tuple>
 
 #include "../translation/contacts.h"
+#include "../translation/damped_bodies.h"
 #include "../translation/read_settings.h"
 #include "../translation/support_check.h"
+#include "../translation/virtual_table.h"
 #include "../translation/write_back_bodies.h"
 #include "../translation/write_back_joints.h"
 #include "engine_loader.h"
@@ -108,6 +110,12 @@ void releaseStockManifolds(btCollisionWorld& world, const WorldState& state) {
 void reportShares(WorldState& state, int actions) {
   state.fallbacks.addStep(state.reader.hostShares());
   if (!state.joints.constraints().empty()) state.fallbacks.addShare("joints", "rows by the CPU");
+  if (!state.reader.sweptBodies().empty()) {
+    state.fallbacks.addShare("continuous collision detection (CCD)", "fast bodies are swept by the CPU");
+  }
+  if (state.reader.input().onlyListedPairs) {
+    state.fallbacks.addShare("overlap filter callback", "called by the host's broadphase, which is kept current");
+  }
   if (actions > 0) state.fallbacks.addShare("actions", "called on the CPU, after the device's part of the step");
 }
 
@@ -199,31 +207,11 @@ class PreTickGuard {
   btInternalTickCallback m_saved;
 };
 
-// ---- virtual functions, as the Itanium C++ ABI lays them out (every compiler on Linux) ----
-
-const void* tableOf(const btGpuDynamicsWorld* world) {
-  const void* table;
-  std::memcpy(&table, static_cast<const void*>(world), sizeof table);
-  return table;
-}
-
-// What a virtual member function is for objects with this table. `member` holds the offset into the table: on
-// x86 plus one, on ARM with the mark in its other half.
-template <typename Member>
-const void* entryOf(const void* table, Member member) {
-  std::uintptr_t raw[2];
-  static_assert(sizeof member == sizeof raw);
-  std::memcpy(raw, &member, sizeof raw);
-  const void* entry;
-  std::memcpy(&entry, static_cast<const char*>(table) + (raw[0] & ~std::uintptr_t{1}), sizeof entry);
-  return entry;
-}
-
 // True if the world's class has made the member function its own.
 template <typename Member>
 bool overrides(const btGpuDynamicsWorld* world, Member member) {
-  const void *own = btgpu::findState(world)->ownTable, *actual = tableOf(world);
-  return own != actual && entryOf(own, member) != entryOf(actual, member);
+  const void *own = btgpu::findState(world)->ownTable, *actual = btgpu::virtualTableOf(world);
+  return own != actual && btgpu::virtualEntry(own, member) != btgpu::virtualEntry(actual, member);
 }
 
 }  // namespace
@@ -252,7 +240,8 @@ bool btGpuDynamicsWorld::mayBatchSubsteps() {
   // Of bodies at rest the broadphase would miss how they came there.
   const bool hostAabbs = settings.m_hostQueries && (!getForceUpdateAllAabbs() || overridesUpdateAabbs());
   return !m_internalPreTickCallback && !m_internalTickCallback && m_actions.size() == 0 && m_constraints.size() == 0 &&
-         state->reader.hostShares().empty() && !btgpu::hasPairCallback(*this) && !hostAabbs &&
+         state->reader.hostShares().empty() && state->reader.sweptBodies().empty() &&
+         !getPairCache()->getOverlapFilterCallback() && !btgpu::hasPairCallback(*this) && !hostAabbs &&
          !settings.m_keepContacts && !crossCheckOf(*state) &&
          !(settings.m_contacts && (gContactStartedCallback || gContactEndedCallback || gContactDestroyedCallback)) &&
          !gContactAddedCallback && !gContactProcessedCallback &&
@@ -305,7 +294,7 @@ btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInt
                                        btConstraintSolver* constraintSolver,
                                        btCollisionConfiguration* collisionConfiguration, const btGpuSettings& settings)
     : btDiscreteDynamicsWorld(dispatcher, pairCache, constraintSolver, collisionConfiguration) {
-  btgpu::replaceState(this, settings)->ownTable = tableOf(this);
+  btgpu::replaceState(this, settings)->ownTable = btgpu::virtualTableOf(this);
 }
 
 btGpuDynamicsWorld::~btGpuDynamicsWorld() { btgpu::eraseState(this); }
@@ -427,12 +416,9 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   // Pairs that the host collided until now bring their impulses, if the dispatcher has those of all pairs.
   if (fromStock || (contacts && state->lastPath == Path::Device && state->reader.hostBodiesChanged())) {
     input.replaceManifolds = true;
-    input.manifolds = btgpu::readManifolds(*getDispatcher(), state->reader);
+    input.manifolds = btgpu::readManifolds(*getDispatcher(), state->reader, m_predictiveManifolds);
   }
-  if (fromStock) {
-    releasePredictiveContacts();
-    state->contacts.forget();
-  }
+  if (fromStock) state->contacts.forget();
   if (!contacts) {
     releaseStockManifolds(*this, *state);
     state->contacts.forget();
@@ -493,7 +479,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   state->contactsBehind = contacts && !last;
   if (settings.solver == btgpu::Solver::Fast) state->joints.remember(state->results.jointImpulses);
   btgpu::writeBackJoints(*this, state->joints, input, state->results, timeStep);
-  btgpu::writeBackBodies(state->reader, state->results, timeStep);
+  writeBackBodies(timeStep);
   state->reader.acceptResults(state->results);
   keepStatistics(*state);
   reportShares(*state, m_actions.size());
@@ -511,22 +497,68 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   return true;
 }
 
-// The pairs that the device can't collide. They need the host's broadphase, whatever the settings say. Returns whether
-// that is current now.
+// What of the collision detection is the host's: the pairs that the device can't collide, those that the application
+// filters, and what is in the way of fast bodies. It needs the host's broadphase, whatever the settings say. Returns
+// whether that is current now.
 bool btGpuDynamicsWorld::findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing) {
   const auto state = btgpu::findState(this);
   btgpu::WorldInput& input = state->reader.input();
-  if (state->reader.hostShares().empty()) {
-    state->hostContacts.clear(input);
-    return hostPairsDone;
-  }
+  const bool contacts = !state->reader.hostShares().empty(), swept = !state->reader.sweptBodies().empty();
+  releasePredictiveContacts();
+  state->hostContacts.clear(input);
+  input.onlyListedPairs = getPairCache()->getOverlapFilterCallback() != nullptr;
+  if (!contacts && !swept && !input.onlyListedPairs) return hostPairsDone;
   if (!hostPairsDone) updateHostBroadphase(timeStep);
   const Zone zone("hostContacts");
-  state->hostContacts.find(*this, state->reader);
+  if (contacts) state->hostContacts.find(*this, state->reader);
   // The callback may have changed bodies.
-  if (gContactAddedCallback || gContactProcessedCallback) state->reader.read(*this, missing, state->fallbacks);
+  if (contacts && (gContactAddedCallback || gContactProcessedCallback)) {
+    state->reader.read(*this, missing, state->fallbacks);
+  }
+  if (swept) {
+    predictContacts(timeStep);
+    state->hostContacts.add(m_predictiveManifolds, state->reader);
+  }
   state->hostContacts.fill(input, state->reader, missing);
+  if (input.onlyListedPairs) state->pairFilter.listPairs(*this, state->reader);
   return true;
+}
+
+// Stock's createPredictiveContacts, for the bodies that ask for it. As there they are damped by then, and nothing else.
+void btGpuDynamicsWorld::predictContacts(btScalar timeStep) {
+  const Zone zone("predictiveContacts");
+  const btgpu::WorldReader& reader = btgpu::findState(this)->reader;
+  btgpu::DampedBodies damped(timeStep);
+  damped.reserve(reader.input().bodyCount);
+  std::vector<btRigidBody*> bodies;
+  for (const std::uint32_t slot : reader.sweptBodies()) {
+    btRigidBody* body = btRigidBody::upcast(reader.objectOf(slot));
+    if (reader.slots()[slot].quarantined || reader.slots()[slot].deviceQuarantined) continue;
+    damped.damp(*body, slot);
+    bodies.push_back(body);
+  }
+  if (!bodies.empty()) createPredictiveContactsInternal(bodies.data(), static_cast<int>(bodies.size()), timeStep);
+}
+
+// Fast bodies that ask for it go no farther than to what they hit (btDiscreteDynamicsWorld::integrateTransforms).
+void btGpuDynamicsWorld::writeBackBodies(btScalar timeStep) {
+  const auto state = btgpu::findState(this);
+  const std::vector<std::uint32_t> fast = btgpu::fastBodies(state->reader, state->results, timeStep);
+  if (fast.empty()) {
+    btgpu::writeBackBodies(state->reader, state->results, timeStep);
+  } else {
+    btgpu::writeBackInOrder(state->reader, state->results, timeStep, m_nonStaticRigidBodies, fast,
+                            [this, timeStep](btRigidBody& body) {
+                              btRigidBody* one = &body;
+                              integrateTransformsInternal(&one, 1, timeStep);
+                            });
+  }
+  if (!m_applySpeculativeContactRestitution || m_predictiveManifolds.size() == 0) return;
+  // What stock does for restitution after it has integrated the bodies of its list.
+  const int bodies = m_nonStaticRigidBodies.size();
+  m_nonStaticRigidBodies.resizeNoInitialize(0);
+  btDiscreteDynamicsWorld::integrateTransforms(timeStep);
+  m_nonStaticRigidBodies.resizeNoInitialize(bodies);
 }
 
 // Brings the dispatcher's manifolds to where the last substep left them, if that was not the last of its batch:

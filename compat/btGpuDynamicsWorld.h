@@ -292,6 +292,8 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   bool mayBatchSubsteps();
   bool deviceStep(btScalar timeStep);
   bool findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing);
+  void predictContacts(btScalar timeStep);
+  void writeBackBodies(btScalar timeStep);
   void updateHostBroadphase(btScalar timeStep);
   void catchUpContacts();
   void stockStep(btScalar timeStep);

@@ -13,6 +13,7 @@
 #include "../translation/contact_writer.h"
 #include "../translation/fallback_list.h"
 #include "../translation/host_contacts.h"
+#include "../translation/pair_filter.h"
 #include "../translation/read_joints.h"
 #include "../translation/read_queries.h"
 #include "../translation/read_world.h"
@@ -72,6 +73,7 @@ struct WorldState {
   WorldReader reader;
   ContactWriter contacts;
   HostContacts hostContacts;
+  PairFilter pairFilter;
   AabbUpdater aabbs;
   MotionStateWriter motionStates;
   JointReader joints;

@@ -111,10 +111,11 @@ void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
   uploadBorn(queue, input.born, input.replaceManifolds);
   if (input.replaceManifolds) uploadManifolds(queue, input);
   uploadJoints(queue, input);
-  ignoredCount = static_cast<uint>(input.ignoredPairs.size());
-  if (ignoredCount > 0 && input.ignoredPairs != m_ignoredPairs) {
-    m_ignoredPairs = input.ignoredPairs;
-    ignoredPairs.copyFromHost(queue, m_ignoredPairs, false);
+  listedCount = static_cast<uint>(input.listedPairs.size());
+  onlyListed = input.onlyListedPairs;
+  if (listedCount > 0 && input.listedPairs != m_listedPairs) {
+    m_listedPairs = input.listedPairs;
+    listedPairs.copyFromHost(queue, m_listedPairs, false);
   }
 }
 
@@ -289,10 +290,9 @@ void DeviceWorld::dropSpare() {
 
 bool DeviceWorld::holds(const WorldInput& input) const {
   return input.bodyCount == bodyCount && input.unchanged() && input.hostAabbs.empty() && input.hostManifolds.empty() &&
-         hostManifoldCount == 0 && input.joints.empty() && jointCount == 0 &&
-         (input.ignoredPairs.empty()
-              ? ignoredCount == 0
-              : input.ignoredPairs.size() == ignoredCount && input.ignoredPairs == m_ignoredPairs);
+         hostManifoldCount == 0 && input.joints.empty() && jointCount == 0 && input.onlyListedPairs == onlyListed &&
+         (input.listedPairs.empty() ? listedCount == 0
+                                    : input.listedPairs.size() == listedCount && input.listedPairs == m_listedPairs);
 }
 
 void DeviceWorld::forgetBodies(Queue& queue) {
@@ -314,7 +314,7 @@ void DeviceWorld::forgetUploads(Queue& queue) {
   meshes.resize(queue, 0);
   m_anyBorn = true;
   m_colouredJoints.clear();
-  m_ignoredPairs.clear();
+  m_listedPairs.clear();
 }
 
 }  // namespace btgpu

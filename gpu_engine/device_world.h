@@ -103,8 +103,10 @@ struct DeviceWorld {
   // Indices of manifolds, ascending, if the host wants contacts: those with points; of these, the ones that it is sent.
   DeviceArray<uint> touching{"touching manifolds"}, fresh{"fresh manifolds"};  // stage 95
 
-  DeviceArray<ulong> ignoredPairs{"ignored pairs"};  // host: sorted keys of pairs that must not collide
-  uint ignoredCount = 0;
+  DeviceArray<ulong> listedPairs{"ignored pairs"};  // host: sorted keys of pairs that must not collide
+  uint listedCount = 0;
+  bool onlyListed = false;  // ... of those alone that may
+  uint listed() const { return listedCount | (onlyListed ? LISTED_ONLY : 0u); }
 
   // ---- joints, in the world's order ---------------------------------------------------------------------------------
   DeviceArray<Joint> joints{"joints"};                     // host
@@ -155,7 +157,7 @@ struct DeviceWorld {
     all(keys, pairCount, pairs, items, bucketFirst, contacts, axes);
     all(triangleFound, triangleFirst, triangleHits, triangleTouches);
     all(closest, nearPairs, nearCount, manifolds, hostManifolds, manifoldCount, matchedManifolds);
-    all(constraints, constraintCount, touching, fresh, ignoredPairs);
+    all(constraints, constraintCount, touching, fresh, listedPairs);
     all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved, lastJointImpulses, softJointRows);
     all(slotFirst, slots, rows, tangent2, torsion, solverTeam, softRows, rolls, substepStarts, params, counters);
     all(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
@@ -215,7 +217,7 @@ struct DeviceWorld {
   size_t m_knownAabbs = 0;  // of oldAabbs, those that were written
   std::vector<Joint> m_colouredJoints;
   std::vector<float4> m_paddedVertices;  // of all hulls, with HULL_PADDING; the queue reads them later
-  std::vector<ulong> m_ignoredPairs;
+  std::vector<ulong> m_listedPairs;
 };
 
 }  // namespace btgpu

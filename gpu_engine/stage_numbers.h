@@ -11,12 +11,12 @@
 
 namespace btgpu {
 
-// In the order of docs/capture.md: bodies, manifolds of the host, ignored pairs, joints, joints that move a body; room
-// for pairs and for slots; iterations; 1 if all contacts are sent.
+// In the order of docs/capture.md: bodies, manifolds of the host, listed pairs (and LISTED_ONLY), joints, joints that
+// move a body; room for pairs and for slots; iterations; 1 if all contacts are sent.
 inline std::vector<std::uint64_t> stageNumbers(const DeviceWorld& w, const StepSettings& s) {
   return {w.bodyCount,
           w.hostManifoldCount,
-          w.ignoredCount,
+          w.listed(),
           w.jointCount,
           w.jointColours.order.size(),
           w.capacities.pairs,
@@ -32,7 +32,8 @@ inline void setStageNumbers(const std::vector<std::uint64_t>& numbers, DeviceWor
   const auto number = [&](std::size_t i) { return static_cast<uint>(numbers.at(i)); };
   w.bodyCount = number(0);
   w.hostManifoldCount = number(1);
-  w.ignoredCount = number(2);
+  w.listedCount = number(2) & ~LISTED_ONLY;
+  w.onlyListed = (number(2) & LISTED_ONLY) != 0;
   w.jointCount = number(3);
   w.jointColours.order.resize(number(4));
   w.capacities.pairs = number(5);

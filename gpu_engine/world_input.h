@@ -76,8 +76,9 @@ struct WorldInput {
   std::vector<float> jointImpulses;  // of the last step, by row; empty: none known. For the fast mode
 
   // Pairs that must not collide (setIgnoreCollisionCheck, joints between linked bodies): sorted keys, lower body index
-  // << 32 | higher one.
-  std::vector<ulong> ignoredPairs;
+  // << 32 | higher one. Or, where the application filters pairs by a callback (onlyListedPairs), those alone that may.
+  std::vector<ulong> listedPairs;
+  bool onlyListedPairs = false;
 
   // Origin of the region that all positions are relative to, in world coordinates. When it changes, all poses are
   // in poses.changed.

@@ -73,11 +73,13 @@ Manifold readManifold(const btPersistentManifold& from, std::uint32_t bodyA, std
   return m;
 }
 
-std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader) {
+std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader,
+                                    const btManifoldArray& predictive) {
   const Zone zone("readManifolds");
   std::vector<Manifold> manifolds;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& from = *dispatcher.getManifoldByIndexInternal(i);
+    if (predictive.findLinearSearch(const_cast<btPersistentManifold*>(&from)) < predictive.size()) continue;
     std::uint32_t a = reader.findSlot(from.getBody0()), b = reader.findSlot(from.getBody1());
     if (a == kNoSlot || b == kNoSlot || reader.slots()[a].onHost || reader.slots()[b].onHost) continue;
     if (!slotsOfManifold(reader, from, a, b)) continue;

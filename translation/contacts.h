@@ -15,8 +15,9 @@ void writeContactPoint(const ContactPoint& from, const btTransform& a, const btT
 Manifold readManifold(const btPersistentManifold& from, std::uint32_t bodyA, std::uint32_t bodyB);
 
 // The dispatcher's manifolds between objects that the reader knows and the device collides, in the order and form that
-// WorldInput wants.
-std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader);
+// WorldInput wants. Without those of `predictive`, which last for one step.
+std::vector<Manifold> readManifolds(btDispatcher& dispatcher, const WorldReader& reader,
+                                    const btManifoldArray& predictive);
 
 // Makes `manifold` hold exactly these points; user data stays at its index, and points beyond those that were there
 // have none. Nobody is told of points that are gone.

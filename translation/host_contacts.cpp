@@ -77,6 +77,15 @@ void HostContacts::find(btDiscreteDynamicsWorld& world, const WorldReader& reade
   }
 }
 
+void HostContacts::add(const btAlignedObjectArray<btPersistentManifold*>& predictive, const WorldReader& reader) {
+  m_manifoldCount += static_cast<std::size_t>(predictive.size());
+  for (int i = 0; i < predictive.size(); ++i) {
+    const std::uint32_t a = reader.findSlot(predictive[i]->getBody0()), b = reader.findSlot(predictive[i]->getBody1());
+    if (a == kNoSlot || b == kNoSlot || reader.slots()[a].quarantined || reader.slots()[b].quarantined) continue;
+    m_found.push_back({predictive[i], a, b});
+  }
+}
+
 void HostContacts::fill(WorldInput& input, const WorldReader& reader, FallbackList& missing) const {
   input.hostManifolds.clear();
   for (const Found& found : m_found) {

@@ -15,6 +15,9 @@ class HostContacts {
   // must be current. May call gContactAddedCallback.
   void find(btDiscreteDynamicsWorld& world, const WorldReader& reader);
 
+  // Adds the contacts that fast bodies are about to have (btDiscreteDynamicsWorld::createPredictiveContacts).
+  void add(const btAlignedObjectArray<btPersistentManifold*>& predictive, const WorldReader& reader);
+
   // Puts what was found into the input; what the solver of the device can't do goes into `missing`.
   void fill(WorldInput& input, const WorldReader& reader, FallbackList& missing) const;
 
@@ -23,7 +26,7 @@ class HostContacts {
 
   void clear(WorldInput& input);
 
-  // Manifolds of the host's pairs that Bullet's algorithms own, with points or without.
+  // Manifolds of the host's pairs that Bullet's algorithms own, with points or without, and the predictive ones.
   std::size_t manifoldCount() const { return m_manifoldCount; }
 
  private:

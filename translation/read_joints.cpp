@@ -15,13 +15,13 @@
 #include "../gpu_engine/zone.h"
 #include "../kernels/lib/motion.h"
 #include "convert.h"
+#include "damped_bodies.h"
 #include "exact_type.h"
+#include "virtual_table.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
-// Bullet's own classes. One of the application's own might also override solveConstraintObsolete, which the solver
-// calls in every iteration.
 bool isBulletsOwn(const btTypedConstraint& constraint) {
   return isExactly<btPoint2PointConstraint, btHingeConstraint, btSliderConstraint, btConeTwistConstraint,
                    btGeneric6DofConstraint, btGeneric6DofSpringConstraint, btUniversalConstraint,
@@ -29,40 +29,24 @@ bool isBulletsOwn(const btTypedConstraint& constraint) {
                    btHingeAccumulatedAngleConstraint>(constraint);
 }
 
+// btSequentialImpulseConstraintSolver calls solveConstraintObsolete in every iteration. Bullet's classes do nothing
+// there any more; true if the application's own class does.
+bool takesPartInSolver(btTypedConstraint& constraint) {
+  if (isBulletsOwn(constraint)) return false;
+  const auto entryOf = [](const btTypedConstraint& joint) {
+    return virtualEntry(virtualTableOf(&joint), &btTypedConstraint::solveConstraintObsolete);
+  };
+  // One of Bullet's own library: what it inherits is the same function there and in the application's classes.
+  const btPoint2PointConstraint plain(constraint.getRigidBodyA(), btVector3(0, 0, 0));
+  if (entryOf(constraint) == entryOf(plain)) return false;
+  const auto* cone = dynamic_cast<const btConeTwistConstraint*>(&constraint);
+  if (!cone) return true;
+  const btConeTwistConstraint own(constraint.getRigidBodyA(), btTransform::getIdentity());
+  return entryOf(constraint) != entryOf(own);
+}
+
 // Limits may be as large as a double: the device's largest float is without a limit too.
 float toFinite(btScalar v) { return static_cast<float>(btMax(btScalar(-FLT_MAX), btMin(v, btScalar(FLT_MAX)))); }
-
-// Bullet damps the bodies (predictUnconstraintMotion) before their joints look at the velocities. The device does the
-// damping in its own step, so the bodies get their velocities back, bit by bit.
-class DampedBodies {
- public:
-  explicit DampedBodies(btScalar timeStep) : m_timeStep(timeStep) {}
-  ~DampedBodies() {
-    for (const Saved& s : m_saved) {
-      s.body->setLinearVelocity(s.linear);
-      s.body->setAngularVelocity(s.angular);
-    }
-  }
-  DampedBodies(const DampedBodies&) = delete;
-  DampedBodies& operator=(const DampedBodies&) = delete;
-
-  void reserve(std::uint32_t slots) { m_done.assign(slots, false); }
-  void damp(btRigidBody& body, std::uint32_t slot) {
-    if (m_done[slot]) return;
-    m_done[slot] = true;
-    m_saved.push_back({&body, body.getLinearVelocity(), body.getAngularVelocity()});
-    body.applyDamping(m_timeStep);
-  }
-
- private:
-  struct Saved {
-    btRigidBody* body;
-    btVector3 linear, angular;
-  };
-  btScalar m_timeStep;
-  std::vector<Saved> m_saved;
-  std::vector<bool> m_done;
-};
 
 // Bodies where they will be after `ahead`, if nothing stops them; they get their poses back, bit by bit.
 class AdvancedBodies {
@@ -182,7 +166,8 @@ void JointReader::recallImpulses(WorldInput& input) {
 
 // Everything of a joint but its rows.
 void JointReader::readJoint(btTypedConstraint& constraint, WorldReader& reader, FallbackList& missing) {
-  if (!isBulletsOwn(constraint)) missing.add("joint of the application's own class", "it may take part in the solver");
+  if (takesPartInSolver(constraint))
+    missing.add("joint that overrides solveConstraintObsolete", "called in the solver");
   const WorldInput& input = reader.input();
   Joint joint{};
   joint.enabled = constraint.isEnabled() ? 1u : 0u;

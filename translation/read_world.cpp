@@ -59,6 +59,8 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   const Zone zone("readWorld");
   ++m_step;
   m_globalCallback = globalContactCallback();
+  m_ownFilter = world.getPairCache()->getOverlapFilterCallback() != nullptr;
+  m_useContinuous = world.getDispatchInfo().m_useContinuous;
   const auto* dispatcher = static_cast<const btCollisionDispatcher*>(world.getDispatcher());
   m_shapes.configure(
       gContactBreakingThreshold,
@@ -74,12 +76,13 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   }
   chooseRegion(missing);
   m_changes.resize(chunkCount(m_order.size(), kChunk));
-  if (!m_shapesKnown || !readKnownObjects(world, missing)) {
-    readShapes(world, missing);
+  if (!m_shapesKnown || !readKnownObjects(missing)) {
+    readShapes(missing);
     readObjects();
     m_shapesKnown = true;
   }
-  m_input.ignoredPairs.clear();
+  m_input.listedPairs.clear();
+  m_sweptBodies.clear();
   for (Changes& changes : m_changes) take(changes, missing, notes);
   readCompounds();
   m_shapes.end(m_input);
@@ -108,6 +111,7 @@ void WorldReader::forEachObject(const Work& work) {
     changes.missing.clear();
     changes.hostShares.clear();
     changes.ignoredPairs.clear();
+    changes.swept.clear();
     changes.reshaped = false;
     const std::size_t end = m_objects.size();
     for (std::size_t k = first; k < last; ++k) {
@@ -120,14 +124,13 @@ void WorldReader::forEachObject(const Work& work) {
 
 // Objects are checked and their shapes noted on several threads, since it is waiting for memory that takes the time;
 // the table of shapes is kept by one.
-void WorldReader::readShapes(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+void WorldReader::readShapes(FallbackList& missing) {
   const Zone zone("readShapes");
   m_hostShares.clear();
   m_orderShapes.assign(m_order.size(), nullptr);
   m_orderShapeIndices.assign(m_order.size(), -1);
   forEachObject([&](std::size_t k, btCollisionObject& object, Changes& changes) {
-    if (checkObject(world, object, btRigidBody::upcast(&object), changes.missing))
-      m_orderShapes[k] = object.getCollisionShape();
+    if (checkObject(object, changes.missing)) m_orderShapes[k] = object.getCollisionShape();
   });
   for (const Changes& changes : m_changes) missing.addAll(changes.missing);
   m_shapes.begin();
@@ -147,10 +150,10 @@ void WorldReader::readObjects() {
 
 // The same in one walk, as long as every object still has the shape that it had, and no shape has become another one.
 // False if it is not so: then what it has found of shapes and objects is for nothing.
-bool WorldReader::readKnownObjects(btDiscreteDynamicsWorld& world, FallbackList& missing) {
+bool WorldReader::readKnownObjects(FallbackList& missing) {
   const Zone zone("readKnown");
   forEachObject([&](std::size_t k, btCollisionObject& object, Changes& changes) {
-    const bool usable = checkObject(world, object, btRigidBody::upcast(&object), changes.missing);
+    const bool usable = checkObject(object, changes.missing);
     if ((usable ? object.getCollisionShape() : nullptr) != m_orderShapes[k]) {
       changes.reshaped = true;
       return;
@@ -178,7 +181,8 @@ void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& no
   append(m_input.dampings.changed, changes.dampings);
   append(m_input.activations.changed, changes.activations);
   append(m_input.born, changes.born);
-  append(m_input.ignoredPairs, changes.ignoredPairs);
+  append(m_input.listedPairs, changes.ignoredPairs);
+  append(m_sweptBodies, changes.swept);
   missing.addAll(changes.missing);
   notes.addAll(changes.notes);
   m_hostShares.addAll(changes.hostShares);
@@ -403,7 +407,10 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
     return;
   }
 
+  if (m_useContinuous && isIntegrated(i) && isSwept(object)) changes.swept.push_back(i);
   BodyRecord record = readBody(object, shapeIndex, isIntegrated(i));
+  // As in stock its callback stands in for groups and masks, which are then all.
+  if (m_ownFilter) record.info.filterGroup = record.info.filterMask = -1;
   if (const char* callback = m_globalCallback ? m_globalCallback : contactCallback(object)) {
     record.info.flags |= BODY_HOST_CONTACTS;
     changes.hostShares.addShare(callback, "contacts by Bullet's own algorithm on the CPU");
@@ -469,7 +476,7 @@ void WorldReader::sortChanges() {
     if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
-  auto& ignored = in.ignoredPairs;
+  auto& ignored = in.listedPairs;
   std::sort(ignored.begin(), ignored.end());
   ignored.erase(std::unique(ignored.begin(), ignored.end()), ignored.end());
 }

@@ -70,6 +70,9 @@ class WorldReader {
 
   // What of the last read has to be collided on the host, by name; empty if the device can do everything.
   const FallbackList& hostShares() const { return m_hostShares; }
+  // Slots of the bodies that Bullet would sweep in this step if they are fast (setCcdMotionThreshold), asleep or not,
+  // in the world's order.
+  const std::vector<std::uint32_t>& sweptBodies() const { return m_sweptBodies; }
   // True if since the last step some body that the device used to collide went to the host, or back.
   bool hostBodiesChanged() const { return m_hostBodiesChanged; }
 
@@ -98,16 +101,16 @@ class WorldReader {
   Bounds boundsOfMoving();  // positions of the bodies that move
   // What one thread found out about some objects.
   struct Changes {
-    std::vector<std::uint32_t> infos, poses, velocities, forces, masses, materials, dampings, activations, born;
+    std::vector<std::uint32_t> infos, poses, velocities, forces, masses, materials, dampings, activations, born, swept;
     std::vector<ulong> ignoredPairs;
     FallbackList missing, notes, hostShares;
     bool hostBodiesChanged = false;
     bool reshaped = false;  // an object has another shape than it had in the last read
   };
   void markIntegrated(const btAlignedObjectArray<btRigidBody*>& bodies);
-  void readShapes(btDiscreteDynamicsWorld& world, FallbackList& missing);
+  void readShapes(FallbackList& missing);
   void readObjects();
-  bool readKnownObjects(btDiscreteDynamicsWorld& world, FallbackList& missing);
+  bool readKnownObjects(FallbackList& missing);
   template <typename Work>
   void forEachObject(const Work& work);
   bool isStirred(std::uint32_t slot) const;
@@ -139,6 +142,9 @@ class WorldReader {
   std::uint32_t m_step = 0;
   bool m_regionChosen = false;
   FallbackList m_hostShares;
+  std::vector<std::uint32_t> m_sweptBodies;
+  bool m_useContinuous = false;  // of the read: btDispatcherInfo's
+  bool m_ownFilter = false;      // likewise: the application filters pairs itself
   const char* m_globalCallback = nullptr;
   bool m_hostBodiesChanged = false;
 };

@@ -112,12 +112,6 @@ void checkPairCache(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   }
 }
 
-void checkCallbacks(btDiscreteDynamicsWorld& world, FallbackList& missing) {
-  if (world.getPairCache()->getOverlapFilterCallback()) {
-    missing.add("overlap filter callback", "called on the stock path only");
-  }
-}
-
 void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   btConstraintSolver& solver = *world.getConstraintSolver();
   if (!isExactly<btSequentialImpulseConstraintSolver>(solver)) {
@@ -142,7 +136,6 @@ void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList&
   }
   checkDispatcher(world, missing);
   checkPairCache(world, missing);
-  checkCallbacks(world, missing);
   checkSolver(world, missing);
 }
 
@@ -186,8 +179,7 @@ std::uint64_t typesWithOwnAlgorithms(const btCollisionDispatcher& dispatcher) {
   return types;
 }
 
-bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
-                 FallbackList& missing) {
+bool checkObject(const btCollisionObject& object, FallbackList& missing) {
   const int type = object.getInternalType();
   const int known =
       btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_GHOST_OBJECT;
@@ -204,13 +196,14 @@ bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& 
     reason = "the stock path decides what to do with it";
   } else if (object.getCollisionFlags() & btCollisionObject::CF_HAS_FRICTION_ANCHOR) {
     what = "friction anchor";
-  } else if (rigid && !rigid->isStaticOrKinematicObject() && rigid->getActivationState() != DISABLE_SIMULATION &&
-             world.getDispatchInfo().m_useContinuous && rigid->getCcdSquareMotionThreshold() > btScalar(0)) {
-    // Also one that sleeps: it may be woken and thrown within the step.
-    what = "continuous collision detection (CCD) of a body";
   }
   if (what) missing.add(what, reason);
   return what == nullptr;
+}
+
+bool isSwept(const btCollisionObject& object) {
+  return object.getCcdSquareMotionThreshold() > btScalar(0) && !object.isStaticOrKinematicObject() &&
+         object.getActivationState() != DISABLE_SIMULATION;
 }
 
 BTGPU_TRANSLATION_END

@@ -26,9 +26,11 @@ const char* contactCallback(const btCollisionObject& object);
 // for which checkWorld() gives the whole step to stock.
 std::uint64_t typesWithOwnAlgorithms(const btCollisionDispatcher& dispatcher);
 
-// The same as checkWorld for one object of the world; `rigid` is null for what is not a btRigidBody. True if
-// it is supported.
-bool checkObject(const btDiscreteDynamicsWorld& world, const btCollisionObject& object, const btRigidBody* rigid,
-                 FallbackList& missing);
+// The same as checkWorld for one object of the world. True if it is supported.
+bool checkObject(const btCollisionObject& object, FallbackList& missing);
+
+// True if the object asks for continuous collision detection (setCcdMotionThreshold). Also one that sleeps: it may be
+// woken and thrown within the step.
+bool isSwept(const btCollisionObject& object);
 
 BTGPU_TRANSLATION_END

@@ -50,8 +50,9 @@ Change takeOver(WorldInput& input, const StepResults& results, std::uint32_t i) 
   return change;
 }
 
+// `sweep`: of a body that it moves, or null.
 void writeBack(WorldReader& reader, const StepResults& results, btScalar timeStep, std::uint32_t i,
-               const Change& change) {
+               const Change& change, const Sweep* sweep = nullptr) {
   const double(&origin)[3] = reader.input().regionOrigin;
   BodySlot& slot = reader.slots()[i];
   btCollisionObject& object = *slot.object;
@@ -69,7 +70,11 @@ void writeBack(WorldReader& reader, const StepResults& results, btScalar timeSte
   const BodyVelocity& velocity = results.velocities[i];
   if (dynamic && isActiveState(activation.state)) {
     writeVelocity(*body, velocity);
-    body->proceedToTransform(change.pose ? toTransform(results.poses[i], origin) : body->getWorldTransform());
+    if (sweep) {
+      (*sweep)(*body);
+    } else {
+      body->proceedToTransform(change.pose ? toTransform(results.poses[i], origin) : body->getWorldTransform());
+    }
   } else {
     slot.resting = !change.pose && (!dynamic || (isZero(velocity.linear) && isZero(velocity.angular)));
     if (dynamic) {
@@ -80,7 +85,7 @@ void writeBack(WorldReader& reader, const StepResults& results, btScalar timeSte
     if (change.pose) body->setWorldTransform(toTransform(results.poses[i], origin));
   }
   if (change.pose) {
-    reader.knownTransform(i) = body->getWorldTransform();
+    reader.knownTransform(i) = sweep ? toTransform(results.poses[i], origin) : body->getWorldTransform();
     slot.poseKnown = true;
   }
 }
@@ -113,6 +118,46 @@ void writeBackBodies(WorldReader& reader, const StepResults& results, btScalar t
       writeBackBlock(reader, results, timeStep, i, std::min(i + kBlock, last));
     }
   });
+}
+
+std::vector<std::uint32_t> fastBodies(const WorldReader& reader, const StepResults& results, btScalar timeStep) {
+  std::vector<std::uint32_t> fast;
+  for (const std::uint32_t i : reader.sweptBodies()) {
+    const BodySlot& slot = reader.slots()[i];
+    if (!slot.object || slot.quarantined || slot.deviceQuarantined) continue;
+    if (!isActiveState(results.activations[i].state)) continue;
+    const btVector3 way = toBullet(results.velocities[i].linear) * timeStep;
+    // Not with a fast body left out for the last digit of its way: Bullet looks again.
+    constexpr btScalar kSlack = btScalar(0.999);
+    if (way.length2() > kSlack * slot.object->getCcdSquareMotionThreshold()) fast.push_back(i);
+  }
+  std::sort(fast.begin(), fast.end());
+  return fast;
+}
+
+void writeBackInOrder(WorldReader& reader, const StepResults& results, btScalar timeStep,
+                      const btAlignedObjectArray<btRigidBody*>& bodies, const std::vector<std::uint32_t>& fast,
+                      const Sweep& sweep) {
+  const Zone zone("writeBackBodies");
+  const auto write = [&](std::uint32_t i) {
+    const Change change = takeOver(reader.input(), results, i);
+    BodySlot& slot = reader.slots()[i];
+    if (!slot.object || slot.quarantined) return;
+    if (slot.resting && !change.any() && !isActiveState(results.activations[i].state)) return;
+    slot.resting = false;
+    const bool isFast = std::binary_search(fast.begin(), fast.end(), i);
+    writeBack(reader, results, timeStep, i, change, isFast ? &sweep : nullptr);
+  };
+  std::vector<bool> done(reader.input().bodyCount, false);
+  for (int k = 0; k < bodies.size(); ++k) {
+    const std::uint32_t i = reader.slotOf(*bodies[k]);
+    if (i == kNoSlot || done[i]) continue;
+    done[i] = true;
+    write(i);
+  }
+  for (std::uint32_t i = 0; i < reader.input().bodyCount; ++i) {
+    if (!done[i]) write(i);
+  }
 }
 
 BTGPU_TRANSLATION_END

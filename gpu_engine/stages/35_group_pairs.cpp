@@ -20,8 +20,8 @@ void GroupPairs::enqueue(Queue& queue, DeviceWorld& world) {
   m_buckets.resize(queue, capacity);
   m_describePairs.launch(queue, queue.device().grid(capacity), static_cast<uint>(capacity), world.counters,
                          static_cast<uint>(world.oldKeys.size()), world.oldPairCount, world.keys, world.oldKeys,
-                         world.infos, world.shapes, world.stepActivations, world.born, world.ignoredCount,
-                         world.ignoredPairs, world.pairs, m_buckets, world.items);
+                         world.infos, world.shapes, world.stepActivations, world.born, world.listed(),
+                         world.listedPairs, world.pairs, m_buckets, world.items);
   m_sort.pairs(queue, count, m_buckets, world.items, {{0, kBucketBits}});
   m_boundSearch.lower(queue, count, m_buckets, BUCKET_COUNT + 1, world.bucketFirst);
 }

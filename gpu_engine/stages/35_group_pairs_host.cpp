@@ -15,7 +15,7 @@ class HostGroupPairs : public HostStage {
     m_expected =
         groupPairsReference(io.read(w.keys, io.pairCount()), io.read(w.oldKeys, io.read(w.oldPairCount, 1).at(0)),
                             io.readBodies(w.infos), io.read(w.shapes), io.readBodies(w.stepActivations),
-                            io.readBodies(w.born), io.read(w.ignoredPairs, w.ignoredCount));
+                            io.readBodies(w.born), io.read(w.listedPairs, w.listedCount), w.onlyListed);
   }
   void store(StageIo& io) override {
     io.write(io.world.pairs, m_expected.pairs);

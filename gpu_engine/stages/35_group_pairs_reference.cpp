@@ -52,7 +52,7 @@ uint bucketOf(int typeA, int typeB) {
 GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vector<ulong>& oldKeys,
                                  const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
                                  const std::vector<BodyActivation>& activations, const std::vector<uint>& born,
-                                 const std::vector<ulong>& ignored) {
+                                 const std::vector<ulong>& listed, bool onlyListed) {
   const auto typeOf = [&](uint body) { return shapes[static_cast<size_t>(infos[body].shapeIndex)].type; };
   GroupedPairs out;
   for (const ulong key : keys) {
@@ -73,7 +73,8 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
       return typeOf(body) == SHAPE_HOST || (infos[body].flags & BODY_HOST_CONTACTS);
     };
     const ulong bodies = pairKeyOf(childA ? infos[first].parent : first, childB ? infos[second].parent : second);
-    const bool mayCollide = std::find(ignored.begin(), ignored.end(), bodies) == ignored.end();
+    const bool isListed = std::find(listed.begin(), listed.end(), bodies) != listed.end();
+    const bool mayCollide = isListed == onlyListed;
     if (!mayCollide) {
       // btCollisionDispatcher::defaultNearCallback leaves such a pair as it is, its manifold too.
       const bool keeps = known && !onHost(a) && !onHost(b);

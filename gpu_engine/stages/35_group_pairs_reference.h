@@ -18,11 +18,11 @@ struct GroupedPairs {
 };
 
 // `keys` and `oldKeys` are ascending; old key k belongs to manifold k of the last step. infos, activations
-// and born are indexed by body; born is nonzero where the slot got another body since then. `ignored`: keys of pairs that
-// must not collide.
+// and born are indexed by body; born is nonzero where the slot got another body since then. `listed`: keys of pairs
+// that must not collide, or (`onlyListed`) that alone may.
 GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vector<ulong>& oldKeys,
                                  const std::vector<BodyInfo>& infos, const std::vector<Shape>& shapes,
                                  const std::vector<BodyActivation>& activations, const std::vector<uint>& born,
-                                 const std::vector<ulong>& ignored = {});
+                                 const std::vector<ulong>& listed = {}, bool onlyListed = false);
 
 }  // namespace btgpu

@@ -61,17 +61,20 @@ static uint findKey(__global const ulong* keys, uint count, ulong key, REF(uint)
 
 // Turns each sorted key into a pair: manifold order, algorithm, and where its manifold of the last step is.
 // The keys of the last step belong to manifolds[] of the last step, index by index; a manifold is taken over
-// only if its two bodies are still the ones that it was made for (bodyBirth). Pairs that must not collide get no
-// algorithm; contacts that they had before stay as they are, as in Bullet.
+// only if its two bodies are still the ones that it was made for (bodyBirth). Pairs that must not collide (listed, or
+// with LISTED_ONLY in listedCount not listed) get no algorithm; contacts that they had before stay as they are, as in
+// Bullet.
 KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* counters, uint oldCapacity,
                      __global const uint* oldCount, __global const ulong* keys, __global const ulong* oldKeys,
                      __global const BodyInfo* infos, __global const Shape* shapes,
-                     __global const BodyActivation* activations, __global const uint* bodyBorn, uint ignoredCount,
-                     __global const ulong* ignored, __global Pair* pairs, __global uint* buckets,
+                     __global const BodyActivation* activations, __global const uint* bodyBorn, uint listedCount,
+                     __global const ulong* listed, __global Pair* pairs, __global uint* buckets,
                      __global uint* items) {
   RETURN_ON_OVERFLOW(counters);
   const uint pairCount = itemCount(pairCapacity, &counters->pairCount);
-  uint oldPlace = NO_INDEX, ignoredPlace = NO_INDEX;
+  const uint pairsListed = listedCount & ~LISTED_ONLY;
+  const int onlyListed = (listedCount & LISTED_ONLY) != 0;
+  uint oldPlace = NO_INDEX, listedPlace = NO_INDEX;
   FOR_EACH(i, pairCount) {
     const uint low = (uint)(keys[i] >> 32), high = (uint)keys[i];
     ASSERT(low < high, low, high);
@@ -99,12 +102,13 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
     ulong bodies = keys[i];
     if (children) {  // whose bodies are in no order
       bodies = pairKeyOf(ownerOf(lowInfo, low), ownerOf(highInfo, high));
-      ignoredPlace = NO_INDEX;
+      listedPlace = NO_INDEX;
     }
-    if (ignoredCount && findKey(ignored, ignoredCount, bodies, &ignoredPlace) != NO_INDEX) {
+    const int isListed = pairsListed && findKey(listed, pairsListed, bodies, &listedPlace) != NO_INDEX;
+    if (isListed != onlyListed) {
       pair.bucket = pair.oldManifold != NO_INDEX ? BUCKET_CARRY : BUCKET_NONE;
     }
-    if (children) ignoredPlace = NO_INDEX;
+    if (children) listedPlace = NO_INDEX;
     AT(pairs, i) = pair;
     AT(buckets, i) = pair.bucket;
     AT(items, i) = i;

@@ -204,7 +204,7 @@ TEST_F(SubstepsAhead, ThrownAway) {
         w.forces.changed = {2};
         break;
       case 3:
-        w.ignoredPairs = {pairKeyOf(1, 2)};
+        w.listedPairs = {pairKeyOf(1, 2)};
         break;
       case 4:
         w.infos.values[4].flags = 0;

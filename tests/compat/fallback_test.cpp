@@ -29,14 +29,6 @@ void nearCallback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, con
   btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
 }
 
-struct CountingFilter : btOverlapFilterCallback {
-  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
-    ++calls;
-    return (a->m_collisionFilterGroup & b->m_collisionFilterMask) &&
-           (b->m_collisionFilterGroup & a->m_collisionFilterMask);
-  }
-};
-
 class OwnDispatcher : public btCollisionDispatcher {
  public:
   using btCollisionDispatcher::btCollisionDispatcher;
@@ -47,10 +39,11 @@ class OwnDispatcher : public btCollisionDispatcher {
 };
 class OwnSolver : public btSequentialImpulseConstraintSolver {};
 class OwnConfiguration : public btDefaultCollisionConfiguration {};
-// It may override what the solver calls.
+// It overrides what the solver calls in each iteration.
 class OwnJoint : public btPoint2PointConstraint {
  public:
   using btPoint2PointConstraint::btPoint2PointConstraint;
+  void solveConstraintObsolete(btSolverBody&, btSolverBody&, btScalar) override { ++calls; }
 };
 // Objects of types that other modules of Bullet bring; they collide with nothing here.
 class OwnObject : public btCollisionObject {
@@ -77,7 +70,6 @@ struct Lab {
   btRigidBody* body = nullptr;
   btCollisionObject* object = nullptr;
   std::unique_ptr<btTypedConstraint> joint;
-  CountingFilter filter;
   btBoxBoxCollisionAlgorithm::CreateFunc boxBox;
 
   enum class Kind { Ordinary, OwnDispatcher, OwnConfiguration };
@@ -235,12 +227,11 @@ TEST_P(Fallback, ComesAndGoes) {
 std::string nameOf(const testing::TestParamInfo<Cause>& test) { return test.param.name; }
 
 constexpr const char* kNotYet = "not on the device yet";
-constexpr const char* kStockOnly = "called on the stock path only";
 
 const Cause kJoints[] = {
-    {"OwnJointClass", "joint of the application's own class", "it may take part in the solver",
+    {"OwnJointClass", "joint that overrides solveConstraintObsolete", "called in the solver",
      [](Lab& lab) { lab.addJoint<OwnJoint>(btVector3(0, 1, 0), btVector3(0, -1, 0)); },
-     [](Lab& lab) { lab.removeJoint(); }},
+     [](Lab& lab) { lab.removeJoint(); }, Lab::Kind::Ordinary, true},
 };
 INSTANTIATE_TEST_SUITE_P(Joints, Fallback, testing::ValuesIn(kJoints), nameOf);
 
@@ -273,9 +264,6 @@ const Cause kCallbacks[] = {
      [](Lab& lab) { lab.dispatcher->setNearCallback(nearCallback); },
      [](Lab& lab) { lab.dispatcher->setNearCallback(btCollisionDispatcher::defaultNearCallback); }, Lab::Kind::Ordinary,
      true},
-    {"OverlapFilter", "overlap filter callback", kStockOnly,
-     [](Lab& lab) { lab.world->getPairCache()->setOverlapFilterCallback(&lab.filter); },
-     [](Lab& lab) { lab.world->getPairCache()->setOverlapFilterCallback(nullptr); }, Lab::Kind::Ordinary, true},
     {"RegisteredAlgorithm", "collision algorithm", "registered by the application",
      [](Lab& lab) {
        lab.dispatcher->registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &lab.boxBox);
@@ -300,12 +288,6 @@ void setFlag(btCollisionObject& object, int flag, bool on) {
 }
 
 const Cause kObjects[] = {
-    {"Ccd", "continuous collision detection (CCD) of a body", kNotYet,
-     [](Lab& lab) {
-       lab.bodies[4]->setCcdMotionThreshold(s(1e-4));
-       lab.bodies[4]->setCcdSweptSphereRadius(s(0.3));
-     },
-     [](Lab& lab) { lab.bodies[4]->setCcdMotionThreshold(0); }},
     {"FrictionAnchor", "friction anchor", kNotYet,
      [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true); },
      [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, false); }},
@@ -324,10 +306,10 @@ INSTANTIATE_TEST_SUITE_P(Objects, Fallback, testing::ValuesIn(kObjects), nameOf)
 // Several causes at once are all named.
 TEST(FallbackReport, NamesAllCauses) {
   const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
-  gpu->bodies[4]->setCcdMotionThreshold(s(1e-4));
+  gpu->addObject(btCollisionObject::CO_FEATHERSTONE_LINK);
   setFlag(*gpu->bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true);
   gpu->step(2);
-  EXPECT_EQ(reported(gpu->gpu(), "continuous collision detection (CCD) of a body").m_count, 2u);
+  EXPECT_EQ(reported(gpu->gpu(), "multibody link").m_count, 2u);
   EXPECT_EQ(reported(gpu->gpu(), "friction anchor").m_count, 2u);
   EXPECT_EQ(gpu->gpu().fallbackReport().size(), 2u) << reportText(gpu->gpu());
   EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, 2u);

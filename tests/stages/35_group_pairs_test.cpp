@@ -46,7 +46,7 @@ class GroupPairsTest : public DeviceTest {
     std::vector<uint> born(in.world.bodyCount);
     for (const uint i : in.world.born) born[i] = 1;
     return groupPairsReference(in.keys, in.oldKeys, in.world.infos.values, in.world.shapes.values,
-                               in.world.activations.values, born, in.world.ignoredPairs);
+                               in.world.activations.values, born, in.world.listedPairs, in.world.onlyListedPairs);
   }
 
   GroupedPairs device(const Stage35Input& in, uint overflow = 0, size_t spare = 40) {
@@ -157,13 +157,31 @@ TEST_F(GroupPairsTest, IgnoredPairsSmall) {
   Stage35Input in = inputOf(twoOfEach());
   in.keys = allKeys(6);
   in.oldKeys = {pairKeyOf(0, 1), pairKeyOf(0, 2), pairKeyOf(1, 2)};
-  in.world.ignoredPairs = {pairKeyOf(0, 1), pairKeyOf(1, 2), pairKeyOf(1, 4), pairKeyOf(2, 3)};
+  in.world.listedPairs = {pairKeyOf(0, 1), pairKeyOf(1, 2), pairKeyOf(1, 4), pairKeyOf(2, 3)};
   in.world.born = {2};
   const auto out = expectAsReference(in);
   for (size_t i = 0; i < in.keys.size(); ++i) {
-    const auto& ignored = in.world.ignoredPairs;
+    const auto& ignored = in.world.listedPairs;
     if (std::find(ignored.begin(), ignored.end(), in.keys[i]) == ignored.end()) continue;
     EXPECT_EQ(out.pairs[i].bucket, in.keys[i] == pairKeyOf(0, 1) ? BUCKET_CARRY : BUCKET_NONE) << i;
+  }
+}
+
+// The other way round, where the application filters pairs: also if it lets none through.
+TEST_F(GroupPairsTest, OnlyListedPairsSmall) {
+  Stage35Input in = inputOf(twoOfEach());
+  in.keys = allKeys(6);
+  in.oldKeys = {pairKeyOf(0, 1), pairKeyOf(0, 2), pairKeyOf(1, 2)};
+  in.world.onlyListedPairs = true;
+  for (const std::vector<ulong>& listed :
+       {std::vector<ulong>{pairKeyOf(0, 1), pairKeyOf(1, 4), pairKeyOf(2, 3)}, std::vector<ulong>{}}) {
+    in.world.listedPairs = listed;
+    const auto out = expectAsReference(in);
+    for (size_t i = 0; i < in.keys.size(); ++i) {
+      if (std::binary_search(listed.begin(), listed.end(), in.keys[i])) continue;
+      const bool known = std::binary_search(in.oldKeys.begin(), in.oldKeys.end(), in.keys[i]);
+      EXPECT_EQ(out.pairs[i].bucket, known ? BUCKET_CARRY : BUCKET_NONE) << i;
+    }
   }
 }
 

@@ -149,9 +149,11 @@ void ShadowWorld::follow(btDiscreteDynamicsWorld& world, const WorldReader& read
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (!slots[i].object || (input.infos.values[i].flags & BODY_QUARANTINED)) continue;
     wanted[i] = describe(*slots[i].object);
+    if (input.onlyListedPairs) wanted[i].group = wanted[i].mask = -1;  // as leavesOut() says
     m_onHost[i] = slots[i].onHost;
   }
-  m_ignoredPairs = input.ignoredPairs;
+  m_listedPairs = input.listedPairs;
+  m_onlyListed = input.onlyListedPairs;
   m_constraints.clear();
   m_joints.clear();
   // Made anew below; empty, so that nothing that is removed is looked for in it.
@@ -230,7 +232,7 @@ void ShadowWorld::followJoints(const WorldReader& reader, const JointReader& joi
 bool ShadowWorld::leavesOut(const btCollisionObject& a, const btCollisionObject& b) const {
   const uint slotA = slotOf(a), slotB = slotOf(b);
   if (slotA == NO_INDEX || slotB == NO_INDEX || m_onHost[slotA] || m_onHost[slotB]) return true;
-  return std::binary_search(m_ignoredPairs.begin(), m_ignoredPairs.end(), pairKeyOf(slotA, slotB));
+  return std::binary_search(m_listedPairs.begin(), m_listedPairs.end(), pairKeyOf(slotA, slotB)) != m_onlyListed;
 }
 
 BTGPU_TRANSLATION_END

@@ -48,7 +48,8 @@ class ShadowWorld : public OracleWorld {
 
   std::vector<Clone> m_clones;  // by slot
   std::vector<bool> m_onHost;   // by slot
-  std::vector<ulong> m_ignoredPairs;
+  std::vector<ulong> m_listedPairs;
+  bool m_onlyListed = false;
   std::vector<std::unique_ptr<ReplayJoint>> m_joints;
   btRigidBody m_fixed;  // where a joint's end has no body in the world
 };

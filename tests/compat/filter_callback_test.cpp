@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Zlib
+// SPDX-FileCopyrightText: 2026 The btgpu authors
+// btOverlapFilterCallback: the application decides which pairs may collide, in place of groups and masks. It is asked
+// by the host's broadphase, and the device collides what it let through.
+#include <map>
+#include <memory>
+#include <set>
+
+#include "tests/support/facade_world.h"
+
+namespace btgpu::test {
+namespace {
+
+constexpr const char* kShare = "overlap filter callback";
+
+btScalar s(double v) { return static_cast<btScalar>(v); }
+
+int indexOf(const btBroadphaseProxy* proxy) {
+  return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getCollisionShape()->getUserIndex();
+}
+
+// Bodies whose shapes have one user index pass through each other, but for 0, which meets all: whatever groups and
+// masks say.
+struct ByIndex : btOverlapFilterCallback {
+  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
+    asked.insert(std::minmax(a->m_uniqueId, b->m_uniqueId));
+    return indexOf(a) != indexOf(b) || indexOf(a) == 0;
+  }
+  mutable std::set<std::pair<int, int>> asked;
+};
+
+// Columns of boxes over a floor; boxes of one index are on top of each other in every other column. `compounds`: of two
+// boxes each.
+template <typename World>
+struct Columns {
+  explicit Columns(bool filtered, bool compounds = false) {
+    if (filtered) w.world.getPairCache()->setOverlapFilterCallback(&filter);
+    w.world.setGravity(btVector3(0, -10, 0));
+    w.objects.add(0, shape(0, btVector3(40, 1, 40), false), btVector3(0, -1, 0));
+    for (int column = 0; column < 6; ++column) {
+      for (int level = 0; level < 4; ++level) {
+        const int index = column % 2 ? 7 : 1 + level;
+        bodies.push_back(w.objects.add(1, shape(index, btVector3(s(0.5), s(0.5), s(0.5)), compounds),
+                                       btVector3(s(2.0 * column), s(0.5 + level), 0)));
+      }
+    }
+    // A mask that lets the floor through: the callback does not.
+    if (filtered) bodies.back()->getBroadphaseHandle()->m_collisionFilterMask = 0;
+  }
+  btCollisionShape* shape(int index, const btVector3& half, bool compound) {
+    btCollisionShape* made;
+    if (compound) {
+      auto* two = w.objects.template shape<btCompoundShape>();
+      const btVector3 quarter = half * btVector3(s(0.5), 1, 1);
+      for (const int side : {-1, 1}) {
+        two->addChildShape(btTransform(btQuaternion::getIdentity(), btVector3(quarter.x() * s(side), 0, 0)),
+                           w.objects.box(quarter));
+      }
+      made = two;
+    } else {
+      made = w.objects.template shape<btBoxShape>(half);
+    }
+    made->setUserIndex(index);
+    return made;
+  }
+  ByIndex filter;
+  World w;
+  std::vector<btRigidBody*> bodies;
+};
+
+void expectSameHeights(const Columns<GpuWorld>& gpu, const Columns<StockWorld>& stock) {
+  for (size_t i = 0; i < gpu.bodies.size(); ++i) {
+    const btVector3 a = gpu.bodies[i]->getWorldTransform().getOrigin();
+    const btVector3 b = stock.bodies[i]->getWorldTransform().getOrigin();
+    EXPECT_NEAR(double(a.y()), double(b.y()), 0.02) << "body " << i;
+  }
+}
+
+class FilterCallback : public ::testing::TestWithParam<bool> {};
+
+TEST_P(FilterCallback, CollidesWhatItLetsThrough) {
+  Columns<GpuWorld> gpu(true, GetParam());
+  Columns<StockWorld> stock(true, GetParam());
+  gpu.w.run(60);
+  stock.w.run(60);
+  expectSameHeights(gpu, stock);
+  // It matters: boxes of a column of one index lie in each other, others on top.
+  EXPECT_LT(double(gpu.bodies[7]->getWorldTransform().getOrigin().y()), 1.0);
+  EXPECT_GT(double(gpu.bodies[3]->getWorldTransform().getOrigin().y()), 3.0);
+  EXPECT_EQ(gpu.filter.asked, stock.filter.asked) << "the same pairs are asked for";
+  expectAllOnDevice(gpu.w.world, {kShare});
+  EXPECT_EQ(reported(gpu.w.world, kShare).m_count, 60u);
+}
+INSTANTIATE_TEST_SUITE_P(Shapes, FilterCallback, ::testing::Bool(),
+                         [](const auto& p) { return p.param ? "Compounds" : "Boxes"; });
+
+TEST(FilterCallbackTest, WithoutHostQueries) {
+  Columns<GpuWorld> gpu(true);
+  Columns<StockWorld> stock(true);
+  btGpuSettings settings;
+  settings.m_hostQueries = settings.m_contacts = false;
+  btGpuDynamicsWorld::configure(&gpu.w.world, settings);
+  gpu.w.run(60);
+  stock.w.run(60);
+  expectSameHeights(gpu, stock);
+  expectAllOnDevice(gpu.w.world, {kShare});
+}
+
+// Pairs that are already there stay in stock until they part; new ones are asked for.
+TEST(FilterCallbackTest, SetAndTakenAway) {
+  Columns<GpuWorld> gpu(false);
+  Columns<StockWorld> stock(false);
+  const auto run = [](auto& columns) {
+    columns.w.run(5);
+    columns.w.world.getPairCache()->setOverlapFilterCallback(&columns.filter);
+    columns.w.run(20);
+    columns.w.world.getPairCache()->setOverlapFilterCallback(nullptr);
+    columns.w.run(20);
+  };
+  run(gpu);
+  run(stock);
+  expectSameHeights(gpu, stock);
+  EXPECT_EQ(gpu.filter.asked, stock.filter.asked);
+  expectAllOnDevice(gpu.w.world, {kShare});
+  EXPECT_EQ(reported(gpu.w.world, kShare).m_count, 20u);
+}
+
+// Bodies that also must not collide by setIgnoreCollisionCheck.
+TEST(FilterCallbackTest, WithIgnoredPairs) {
+  Columns<GpuWorld> gpu(true);
+  Columns<StockWorld> stock(true);
+  const auto run = [](auto& columns) {
+    for (size_t i = 1; i < 4; ++i) columns.bodies[0]->setIgnoreCollisionCheck(columns.bodies[i], true);
+    columns.w.run(60);
+  };
+  run(gpu);
+  run(stock);
+  expectSameHeights(gpu, stock);
+  EXPECT_LT(double(gpu.bodies[1]->getWorldTransform().getOrigin().y()), 1.0);
+  expectAllOnDevice(gpu.w.world, {kShare});
+}
+
+}  // namespace
+}  // namespace btgpu::test
