@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// btGpuDynamicsWorld's batched queries: on the device if there is one and the batch is worth it, what it has no test
+// Batched queries: on the device if there is one and the batch is worth it, what it has no test
 // for by Bullet itself, and all of it by Bullet on several threads where there is no device.
 #include <algorithm>
 #include <cmath>
@@ -11,6 +11,7 @@
 #include "../translation/exact_type.h"
 #include "../translation/host_queries.h"
 #include "../translation/parallel.h"
+#include "batched_queries.h"
 #include "world_state.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -339,22 +340,20 @@ void ClosestBatch::find(Engine* engine) {
 }
 
 }  // namespace
-BTGPU_TRANSLATION_END
 
-void btGpuDynamicsWorld::rayTestBatch(const btGpuRay* rays, btGpuRayHit* hits, int count) const {
-  using namespace btgpu;
+void rayTestBatch(const btDiscreteDynamicsWorld& world, const btGpuRay* rays, btGpuRayHit* hits, int count) {
   if (count <= 0) return;
-  const auto state = findState(this);
+  const auto state = findState(&world);
   const WorldScope scope(state->zones);
   const Zone zone("rayTestBatch");
   const auto n = static_cast<std::size_t>(count);
-  RayBatch batch(*this, *state, rays, hits);
+  RayBatch batch(world, *state, rays, hits);
   const bool broadphaseIsCurrent = state->settings.m_hostQueries || state->lastPath != Path::Device;
   Engine* engine = engineFor(*state, count);
   bool done = engine && batch.castOnDevice(*engine, n, broadphaseIsCurrent);
   if (engine && !done) state->fallbacks.addShare("batched rays", engine->lastError());
   const bool anyForHost = std::any_of(rays, rays + n, isForHost);
-  if ((!done || anyForHost) && !broadphaseIsCurrent) state->aabbs.update(const_cast<btGpuDynamicsWorld&>(*this));
+  if ((!done || anyForHost) && !broadphaseIsCurrent) state->aabbs.update(const_cast<btDiscreteDynamicsWorld&>(world));
   if (!done) batch.castOnHost(0, n, [](const btGpuRay&) { return true; });
   if (done && anyForHost) {
     batch.castOnHost(0, n, isForHost);
@@ -364,24 +363,18 @@ void btGpuDynamicsWorld::rayTestBatch(const btGpuRay* rays, btGpuRayHit* hits, i
   state->statistics.m_deviceRays += n - batch.onHost();
 }
 
-void btGpuDynamicsWorld::rayTestBatch(const std::vector<btGpuRay>& rays, std::vector<btGpuRayHit>& hits) const {
-  hits.resize(rays.size());
-  rayTestBatch(rays.data(), hits.data(), static_cast<int>(rays.size()));
-}
-
-void btGpuDynamicsWorld::convexSweepBatch(const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) const {
-  using namespace btgpu;
+void convexSweepBatch(const btDiscreteDynamicsWorld& world, const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) {
   if (count <= 0) return;
-  const auto state = findState(this);
+  const auto state = findState(&world);
   const WorldScope scope(state->zones);
   const Zone zone("convexSweepBatch");
   if (!state->settings.m_hostQueries && state->lastPath == Path::Device)
-    state->aabbs.update(const_cast<btGpuDynamicsWorld&>(*this));
+    state->aabbs.update(const_cast<btDiscreteDynamicsWorld&>(world));
   const auto n = static_cast<std::size_t>(count);
   const auto sweepAll = [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) hits[i] = sweepOnHost(*this, sweeps[i]);
+    for (std::size_t i = first; i < last; ++i) hits[i] = sweepOnHost(world, sweeps[i]);
   };
-  if (canCastAtOnce(*this) && bearThreads(sweeps, n)) {
+  if (canCastAtOnce(world) && bearThreads(sweeps, n)) {
     parallelFor(n, kGrain, sweepAll);
   } else {
     sweepAll(0, n);
@@ -389,26 +382,16 @@ void btGpuDynamicsWorld::convexSweepBatch(const btGpuSweep* sweeps, btGpuSweepHi
   state->fallbacks.addShare("batched sweeps", "by Bullet's own test on the CPU");
 }
 
-void btGpuDynamicsWorld::convexSweepBatch(const std::vector<btGpuSweep>& sweeps,
-                                          std::vector<btGpuSweepHit>& hits) const {
-  hits.resize(sweeps.size());
-  convexSweepBatch(sweeps.data(), hits.data(), static_cast<int>(sweeps.size()));
-}
-
-void btGpuDynamicsWorld::closestPointsBatch(const btGpuClosestQuery* queries, btGpuClosestPoints* answers,
-                                            int count) const {
-  using namespace btgpu;
+void closestPointsBatch(const btDiscreteDynamicsWorld& world, const btGpuClosestQuery* queries,
+                        btGpuClosestPoints* answers, int count) {
   if (count <= 0) return;
-  const auto state = findState(this);
+  const auto state = findState(&world);
   const WorldScope scope(state->zones);
   const Zone zone("closestPointsBatch");
   // contactPairTest is not const, but leaves the world as it is.
-  ClosestBatch batch(const_cast<btGpuDynamicsWorld&>(*this), *state, queries, answers, static_cast<std::size_t>(count));
+  ClosestBatch batch(const_cast<btDiscreteDynamicsWorld&>(world), *state, queries, answers,
+                     static_cast<std::size_t>(count));
   batch.find(engineFor(*state, count));
 }
 
-void btGpuDynamicsWorld::closestPointsBatch(const std::vector<btGpuClosestQuery>& queries,
-                                            std::vector<btGpuClosestPoints>& answers) const {
-  answers.resize(queries.size());
-  closestPointsBatch(queries.data(), answers.data(), static_cast<int>(queries.size()));
-}
+BTGPU_TRANSLATION_END

@@ -222,27 +222,23 @@ struct btGpuStageTime {
   int m_launches = 0;
 };
 
-/// A btDiscreteDynamicsWorld whose steps run on an OpenCL device. It adds no member, so it is as large as its
-/// base.
+/// What btgpu adds to a world class of Bullet's, which is its base: steps run on an OpenCL device. It adds no member,
+/// so it is as large as its base. Instances: btGpuDynamicsWorld, and btGpuSoftRigidDynamicsWorld.h.
+template <typename Base>
 ATTRIBUTE_ALIGNED16(class)
-BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
+BTGPU_API btGpuWorld : public Base {
  public:
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
-  btGpuDynamicsWorld(btDispatcher * dispatcher, btBroadphaseInterface * pairCache,
-                     btConstraintSolver * constraintSolver, btCollisionConfiguration * collisionConfiguration);
-  btGpuDynamicsWorld(btDispatcher * dispatcher, btBroadphaseInterface * pairCache,
-                     btConstraintSolver * constraintSolver, btCollisionConfiguration * collisionConfiguration,
-                     const btGpuSettings& settings);
   /// Touches nothing but btgpu's own table: bodies, dispatcher and broadphase may be gone already.
-  virtual ~btGpuDynamicsWorld();
+  virtual ~btGpuWorld();
 
   virtual void addCollisionObject(
       btCollisionObject * collisionObject, int collisionFilterGroup = btBroadphaseProxy::StaticFilter,
       int collisionFilterMask = btBroadphaseProxy::AllFilter ^ btBroadphaseProxy::StaticFilter) override;
 
   /// Replaces the settings of a world; a change of device takes effect with the next step.
-  static void configure(btGpuDynamicsWorld * world, const btGpuSettings& settings);
+  static void configure(btGpuWorld * world, const btGpuSettings& settings);
 
   /// What did not run on the device since the world was made, by name; empty if everything did.
   std::vector<btGpuFallback> fallbackReport() const;
@@ -283,24 +279,34 @@ BTGPU_API btGpuDynamicsWorld : public btDiscreteDynamicsWorld {
   virtual void clearForces() override;
 
  protected:
+  template <typename... Arguments>
+  explicit btGpuWorld(const btGpuSettings& settings, Arguments... arguments) : Base(arguments...) {
+    begin(settings);
+  }
+
   virtual void internalSingleStepSimulation(btScalar timeStep) override;
   virtual void saveKinematicState(btScalar timeStep) override;
 
  private:
-  const char* overriddenStage() const;
-  bool overridesUpdateAabbs() const;
-  bool mayBatchSubsteps();
-  bool deviceStep(btScalar timeStep);
-  bool findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing);
-  void predictContacts(btScalar timeStep);
-  void writeBackBodies(btScalar timeStep);
-  void updateHostBroadphase(btScalar timeStep);
-  void catchUpContacts();
-  void stockStep(btScalar timeStep);
-  void giveIslandTags();
+  void begin(const btGpuSettings& settings);
+};
+
+extern template class BTGPU_API btGpuWorld<btDiscreteDynamicsWorld>;
+
+/// A btDiscreteDynamicsWorld whose steps run on an OpenCL device.
+ATTRIBUTE_ALIGNED16(class)
+BTGPU_API btGpuDynamicsWorld : public btGpuWorld<btDiscreteDynamicsWorld> {
+ public:
+  BT_DECLARE_ALIGNED_ALLOCATOR();
+
+  btGpuDynamicsWorld(btDispatcher * dispatcher, btBroadphaseInterface * pairCache,
+                     btConstraintSolver * constraintSolver, btCollisionConfiguration * collisionConfiguration);
+  btGpuDynamicsWorld(btDispatcher * dispatcher, btBroadphaseInterface * pairCache,
+                     btConstraintSolver * constraintSolver, btCollisionConfiguration * collisionConfiguration,
+                     const btGpuSettings& settings);
 };
 
 static_assert(sizeof(btGpuDynamicsWorld) == sizeof(btDiscreteDynamicsWorld),
               "applications and the preload library rely on a world of the same size");
 
-#endif  // BT_GPU_DYNAMICS_WORLD_H
+#endif

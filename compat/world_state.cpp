@@ -10,7 +10,7 @@ namespace {
 
 struct Table {
   std::mutex mutex;
-  std::unordered_map<const btGpuDynamicsWorld*, std::shared_ptr<WorldState>> states;
+  std::unordered_map<const btDiscreteDynamicsWorld*, std::shared_ptr<WorldState>> states;
 };
 
 // Never destroyed: static worlds die after the statics of this library.
@@ -21,7 +21,7 @@ Table& table() {
 
 }  // namespace
 
-std::shared_ptr<WorldState> findState(const btGpuDynamicsWorld* world) {
+std::shared_ptr<WorldState> findState(const btDiscreteDynamicsWorld* world) {
   Table& t = table();
   const std::lock_guard<std::mutex> lock(t.mutex);
   auto& state = t.states[world];
@@ -29,7 +29,7 @@ std::shared_ptr<WorldState> findState(const btGpuDynamicsWorld* world) {
   return state;
 }
 
-std::shared_ptr<WorldState> replaceState(const btGpuDynamicsWorld* world, const btGpuSettings& settings) {
+std::shared_ptr<WorldState> replaceState(const btDiscreteDynamicsWorld* world, const btGpuSettings& settings) {
   auto state = std::make_shared<WorldState>();
   state->settings = settings;
   state->small.use(settings);
@@ -40,7 +40,7 @@ std::shared_ptr<WorldState> replaceState(const btGpuDynamicsWorld* world, const 
   return t.states[world];
 }
 
-void eraseState(const btGpuDynamicsWorld* world) {
+void eraseState(const btDiscreteDynamicsWorld* world) {
   std::shared_ptr<WorldState> last;  // destroyed after the lock is released
   Table& t = table();
   const std::lock_guard<std::mutex> lock(t.mutex);

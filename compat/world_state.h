@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// What belongs to a btGpuDynamicsWorld but is not inside it: the class adds no member to its base, so its
+// What belongs to a world of btgpu's but is not inside it: its class adds no member to its base, so its
 // state lies in a table keyed by the world's address.
 #pragma once
 
@@ -69,7 +69,7 @@ class EngineRetry {
 struct WorldState {
   btGpuSettings settings;
   WorldZones zones;                // before the engine, which sends some too
-  const void* ownTable = nullptr;  // virtual table of btGpuDynamicsWorld itself
+  const void* ownTable = nullptr;  // virtual table of btgpu's own class
   WorldReader reader;
   ContactWriter contacts;
   HostContacts hostContacts;
@@ -104,9 +104,9 @@ struct WorldState {
 };
 
 // The state of a world, made if there is none: an address may be used again without a destructor having run.
-std::shared_ptr<WorldState> findState(const btGpuDynamicsWorld* world);
-std::shared_ptr<WorldState> replaceState(const btGpuDynamicsWorld* world, const btGpuSettings& settings);
-void eraseState(const btGpuDynamicsWorld* world);
+std::shared_ptr<WorldState> findState(const btDiscreteDynamicsWorld* world);
+std::shared_ptr<WorldState> replaceState(const btDiscreteDynamicsWorld* world, const btGpuSettings& settings);
+void eraseState(const btDiscreteDynamicsWorld* world);
 
 // The engine of a world, made when it is first asked for. Null if there is none to be had.
 Engine* engineOf(WorldState& state);

@@ -6,10 +6,9 @@
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
 #include <cmath>
-#include <cstring>
-#include <typeinfo>
 
 #include "exact_type.h"
 
@@ -74,9 +73,7 @@ constexpr int kOtherConvexTypes[] = {
     CONVEX_2D_SHAPE_PROXYTYPE,          MINKOWSKI_DIFFERENCE_SHAPE_PROXYTYPE};
 
 bool hasStockConfiguration(btCollisionConfiguration& configuration) {
-  const std::type_info& type = typeid(configuration);
-  return type == typeid(btDefaultCollisionConfiguration) ||
-         std::strcmp(type.name(), "37btSoftBodyRigidBodyCollisionConfiguration") == 0;
+  return isExactly<btDefaultCollisionConfiguration, btSoftBodyRigidBodyCollisionConfiguration>(configuration);
 }
 
 // Algorithms that the application registered for the shapes that the device collides.

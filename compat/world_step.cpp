@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-#include "btGpuDynamicsWorld.h"
+#include "world_step.h"
 
 #include <algorithm>
 #include <chrono>
@@ -10,7 +10,6 @@
 #include <mutex>
 #include <set>
 #include <string>
-#include <tuple>
 
 #include "../translation/contacts.h"
 #include "../translation/damped_bodies.h"
@@ -22,12 +21,8 @@
 #include "engine_loader.h"
 #include "pair_finder_choice.h"
 #include "solver_choice.h"
-#include "world_state.h"
 
-using btgpu::Path;
-using btgpu::WorldState;
-using btgpu::Zone;
-
+BTGPU_TRANSLATION_BEGIN
 namespace {
 
 // Each line is said once a process: an application may make a world a level, or hundreds.
@@ -43,10 +38,10 @@ void sayNoEngine(const std::string& reason) { sayOnce(reason + "; the world goes
 
 }  // namespace
 
-btgpu::Engine* btgpu::engineOf(WorldState& state) {
+Engine* engineOf(WorldState& state) {
   if (state.engine || !state.engineError.empty()) return state.engine.get();
-  const btgpu::Zone zone("createEngine");
-  btgpu::EngineSettings settings;
+  const Zone zone("createEngine");
+  EngineSettings settings;
   settings.device = state.settings.m_device;
   settings.profile = state.settings.m_profile || state.zones.timesDevice();
   settings.hostStages = state.settings.m_hostStages;
@@ -54,11 +49,10 @@ btgpu::Engine* btgpu::engineOf(WorldState& state) {
   settings.debugKernels = state.settings.m_debugKernels;
   settings.bodyCapacity = static_cast<size_t>(btMax(0, state.settings.m_bodyCapacity));
   settings.pairCapacity = static_cast<size_t>(btMax(0, state.settings.m_pairCapacity));
-  using btgpu::Status;
   Status why = Status::Ok;
-  state.engine = btgpu::createEngine(settings, state.engineError, &why);
+  state.engine = createEngine(settings, state.engineError, &why);
   const bool hopeless = why == Status::NoDevice || why == Status::WrongAbi;
-  if (!state.engine && !hopeless) state.engine = btgpu::createEngine(settings, state.engineError, &why);
+  if (!state.engine && !hopeless) state.engine = createEngine(settings, state.engineError, &why);
   if (!state.engine) {
     if (state.engineError.empty()) state.engineError = "no engine";
     // A kernel that did not build twice won't later.
@@ -101,7 +95,7 @@ void releaseStockManifolds(btCollisionWorld& world, const WorldState& state) {
   btOverlappingPairCache& cache = *world.getPairCache();
   btBroadphasePairArray& pairs = cache.getOverlappingPairArray();
   for (int i = 0; i < pairs.size(); ++i) {
-    if (!btgpu::collidesOnHost(state.reader, btgpu::slotsOf(state.reader, pairs[i])))
+    if (!collidesOnHost(state.reader, slotsOf(state.reader, pairs[i])))
       cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
   }
 }
@@ -120,8 +114,8 @@ void reportShares(WorldState& state, int actions) {
 }
 
 // Null if the world is not to be cross-checked.
-std::shared_ptr<btgpu::CrossCheck> crossCheckOf(WorldState& state) {
-  if (!state.crosscheckAsked) state.crosscheck = btgpu::CrossCheck::make(state.settings);
+std::shared_ptr<CrossCheck> crossCheckOf(WorldState& state) {
+  if (!state.crosscheckAsked) state.crosscheck = CrossCheck::make(state.settings);
   state.crosscheckAsked = true;
   return state.crosscheck;
 }
@@ -142,7 +136,7 @@ class Stopwatch {
 
 void keepStageDifferences(WorldState& state) {
   btGpuStatistics& s = state.statistics;
-  for (const btgpu::StageDifference& d : state.results.differences) {
+  for (const StageDifference& d : state.results.differences) {
     if (s.m_stageDifferences++ > 0) continue;
     s.m_firstStageDifference = "step " + std::to_string(s.m_deviceSteps) + ", " + textOf(d);
     std::fprintf(stderr, "btgpu: %s\n", s.m_firstStageDifference.c_str());
@@ -150,7 +144,7 @@ void keepStageDifferences(WorldState& state) {
 }
 
 void keepStatistics(WorldState& state) {
-  const btgpu::StepCounters& c = state.results.counters;
+  const StepCounters& c = state.results.counters;
   btGpuStatistics& s = state.statistics;
   ++s.m_deviceSteps;
   keepStageDifferences(state);
@@ -207,188 +201,94 @@ class PreTickGuard {
   btInternalTickCallback m_saved;
 };
 
-// True if the world's class has made the member function its own.
-template <typename Member>
-bool overrides(const btGpuDynamicsWorld* world, Member member) {
-  const void *own = btgpu::findState(world)->ownTable, *actual = btgpu::virtualTableOf(world);
-  return own != actual && btgpu::virtualEntry(own, member) != btgpu::virtualEntry(actual, member);
-}
-
 }  // namespace
 
-// Stages of stock's step that a class derived from this one has made its own; the device would pass them by.
-const char* btGpuDynamicsWorld::overriddenStage() const {
-  if (overrides(this, &btGpuDynamicsWorld::predictUnconstraintMotion)) return "predictUnconstraintMotion";
-  if (overrides(this, &btGpuDynamicsWorld::createPredictiveContacts)) return "createPredictiveContacts";
-  if (overrides(this, &btGpuDynamicsWorld::performDiscreteCollisionDetection))
-    return "performDiscreteCollisionDetection";
-  if (overrides(this, &btGpuDynamicsWorld::calculateSimulationIslands)) return "calculateSimulationIslands";
-  if (overrides(this, &btGpuDynamicsWorld::solveConstraints)) return "solveConstraints";
-  if (overrides(this, &btGpuDynamicsWorld::integrateTransforms)) return "integrateTransforms";
-  if (overrides(this, &btGpuDynamicsWorld::updateActivationState)) return "updateActivationState";
-  return nullptr;
+WorldStep::WorldStep(btDiscreteDynamicsWorld& world, StockStep stock)
+    : m_world(world),
+      m_stock(stock),
+      m_state(findState(&world)),
+      m_bodies(world.*(&WorldMembers::m_nonStaticRigidBodies)),
+      m_actions(world.*(&WorldMembers::m_actions)),
+      m_constraints(world.*(&WorldMembers::m_constraints)),
+      m_predictive(world.*(&WorldMembers::m_predictiveManifolds)) {}
+
+// True if the world's class has made the member function its own.
+template <typename Member>
+bool WorldStep::overrides(Member member) const {
+  const void *own = m_state->ownTable, *actual = virtualTableOf(&m_world);
+  return own != actual && virtualEntry(own, member) != virtualEntry(actual, member);
 }
 
-bool btGpuDynamicsWorld::overridesUpdateAabbs() const { return overrides(this, &btGpuDynamicsWorld::updateAabbs); }
+// Stages of stock's step that a class derived from btgpu's has made its own; the device would pass them by.
+const char* WorldStep::overriddenStage() const {
+  if (overrides(&WorldMembers::predictUnconstraintMotion)) return "predictUnconstraintMotion";
+  if (overrides(&WorldMembers::createPredictiveContacts)) return "createPredictiveContacts";
+  if (overrides(&WorldMembers::performDiscreteCollisionDetection)) return "performDiscreteCollisionDetection";
+  if (overrides(&WorldMembers::calculateSimulationIslands)) return "calculateSimulationIslands";
+  if (overrides(&WorldMembers::solveConstraints)) return "solveConstraints";
+  if (overrides(&WorldMembers::integrateTransforms)) return "integrateTransforms";
+  if (overrides(&WorldMembers::updateActivationState)) return "updateActivationState";
+  return nullptr;
+}
 
 // True if between two substeps of a stepSimulation the application gets to see and change bodies at most, by their
 // motion states: then contacts and the host's broadphase are brought up to date after the last substep only, and the
 // device goes on meanwhile.
-bool btGpuDynamicsWorld::mayBatchSubsteps() {
-  const auto state = btgpu::findState(this);
+bool WorldStep::mayBatchSubsteps() const {
+  const auto& state = m_state;
   const btGpuSettings& settings = state->settings;
   // Of bodies at rest the broadphase would miss how they came there.
-  const bool hostAabbs = settings.m_hostQueries && (!getForceUpdateAllAabbs() || overridesUpdateAabbs());
-  return !m_internalPreTickCallback && !m_internalTickCallback && m_actions.size() == 0 && m_constraints.size() == 0 &&
-         state->reader.hostShares().empty() && state->reader.sweptBodies().empty() &&
-         !getPairCache()->getOverlapFilterCallback() && !btgpu::hasPairCallback(*this) && !hostAabbs &&
-         !settings.m_keepContacts && !crossCheckOf(*state) &&
+  const bool hostAabbs =
+      settings.m_hostQueries && (!m_world.getForceUpdateAllAabbs() || overrides(&WorldMembers::updateAabbs));
+  return !(m_world.*&WorldMembers::m_internalPreTickCallback) && !(m_world.*&WorldMembers::m_internalTickCallback) &&
+         m_actions.size() == 0 && m_constraints.size() == 0 && state->reader.hostShares().empty() &&
+         state->reader.sweptBodies().empty() && !m_world.getPairCache()->getOverlapFilterCallback() &&
+         !hasPairCallback(m_world) && !hostAabbs && !settings.m_keepContacts && !crossCheckOf(*state) &&
          !(settings.m_contacts && (gContactStartedCallback || gContactEndedCallback || gContactDestroyedCallback)) &&
          !gContactAddedCallback && !gContactProcessedCallback &&
-         !overrides(this, &btGpuDynamicsWorld::internalSingleStepSimulation) &&
-         !overrides(this, &btGpuDynamicsWorld::synchronizeMotionStates);
+         !overrides(&WorldMembers::internalSingleStepSimulation) && !overrides(&WorldMembers::synchronizeMotionStates);
 }
 
-int btGpuDynamicsWorld::stepSimulation(btScalar timeStep, int maxSubSteps, btScalar fixedTimeStep) {
-  const auto state = btgpu::findState(this);
-  const btgpu::WorldScope scope(state->zones);
-  const Zone zone("stepSimulation");
-  return btDiscreteDynamicsWorld::stepSimulation(timeStep, maxSubSteps, fixedTimeStep);
-}
-
-void btGpuDynamicsWorld::synchronizeMotionStates() {
-  const Zone zone("synchronizeMotionStates");
-  if (m_synchronizeAllMotionStates) {
-    btDiscreteDynamicsWorld::synchronizeMotionStates();
-  } else {
-    btgpu::findState(this)->motionStates.write(*this, m_nonStaticRigidBodies);
-  }
-}
-
-void btGpuDynamicsWorld::applyGravity() {
-  const Zone zone("applyGravity");
-  btgpu::applyGravityTo(m_nonStaticRigidBodies);
-}
-void btGpuDynamicsWorld::clearForces() {
-  const Zone zone("clearForces");
-  btgpu::findState(this)->substeps.endStepSimulation();
-  btgpu::clearForcesOf(m_nonStaticRigidBodies);
-}
-
-void btGpuDynamicsWorld::saveKinematicState(btScalar timeStep) {
-  const Zone zone("saveKinematicState");
-  btgpu::findState(this)->substeps.startStepSimulation(double(timeStep));
-  for (const int i : btgpu::awakeKinematicBodies(m_collisionObjects)) {
-    if (i >= m_collisionObjects.size()) break;  // the motion state that was asked last took bodies out
-    btRigidBody* body = btRigidBody::upcast(m_collisionObjects[i]);
-    if (body && body->isKinematicObject()) body->saveKinematicState(timeStep);
-  }
-}
-
-btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
-                                       btConstraintSolver* constraintSolver,
-                                       btCollisionConfiguration* collisionConfiguration)
-    : btGpuDynamicsWorld(dispatcher, pairCache, constraintSolver, collisionConfiguration, btGpuSettings()) {}
-
-btGpuDynamicsWorld::btGpuDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
-                                       btConstraintSolver* constraintSolver,
-                                       btCollisionConfiguration* collisionConfiguration, const btGpuSettings& settings)
-    : btDiscreteDynamicsWorld(dispatcher, pairCache, constraintSolver, collisionConfiguration) {
-  btgpu::replaceState(this, settings)->ownTable = btgpu::virtualTableOf(this);
-}
-
-btGpuDynamicsWorld::~btGpuDynamicsWorld() { btgpu::eraseState(this); }
-
-void btGpuDynamicsWorld::configure(btGpuDynamicsWorld* world, const btGpuSettings& settings) {
-  const auto state = btgpu::findState(world);
-  const auto hadProfile = state->zones.profile();
-  state->zones.useFile(settings.m_profileFile);
-  const auto engineSettings = [](const btGpuSettings& s) {
-    return std::tie(s.m_device, s.m_profile, s.m_debugKernels, s.m_hostStages, s.m_checkStages);
-  };
-  const bool sameEngine =
-      engineSettings(state->settings) == engineSettings(settings) && hadProfile == state->zones.profile();
-  state->settings = settings;
-  state->small.use(settings);
-  state->crosscheck.reset();
-  state->crosscheckAsked = false;
-  if (sameEngine && state->engine) return;
-  state->engine.reset();
-  state->engineError.clear();
-  state->engineRetry.forget();
-  state->forgetWorld();
-  if (state->lastPath == Path::Device) state->lastPath = Path::None;
-}
-
-void btGpuDynamicsWorld::addCollisionObject(btCollisionObject* collisionObject, int collisionFilterGroup,
-                                            int collisionFilterMask) {
-  btDiscreteDynamicsWorld::addCollisionObject(collisionObject, collisionFilterGroup, collisionFilterMask);
-  btgpu::findState(this)->reader.noteAdded(collisionObject);
-}
-
-std::vector<btGpuFallback> btGpuDynamicsWorld::fallbackReport() const {
-  std::vector<btGpuFallback> report;
-  for (const auto& entry : btgpu::findState(this)->fallbacks.entries()) {
-    report.push_back({entry.what, entry.reason, entry.count, entry.wholeStep});
-  }
-  return report;
-}
-
-btGpuStatistics btGpuDynamicsWorld::statistics() const { return btgpu::findState(this)->statistics; }
-
-btGpuCrosscheckSummary btGpuDynamicsWorld::crosscheck() const {
-  const auto check = btgpu::findState(this)->crosscheck;
-  return check ? check->summary() : btGpuCrosscheckSummary();
-}
-
-std::vector<btGpuStageTime> btGpuDynamicsWorld::takeProfile() {
-  std::vector<btGpuStageTime> times;
-  const auto state = btgpu::findState(this);
-  if (!state->engine) return times;
-  for (const auto& t : state->engine->takeProfile()) times.push_back({t.stage, t.milliseconds, t.launches});
-  return times;
-}
-
-void btGpuDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
-  const auto state = btgpu::findState(this);
-  const btgpu::WorldScope scope(state->zones);
+void WorldStep::run(btScalar timeStep) {
+  const auto& state = m_state;
+  const WorldScope scope(state->zones);
   const Zone zone("internalSingleStepSimulation");
   if (state->zones.profile()) state->zones.profile()->countStep();
   state->substeps.startSubstep(double(timeStep));
-  if (m_internalPreTickCallback) {
+  if (const btInternalTickCallback preTick = m_world.*&WorldMembers::m_internalPreTickCallback) {
     const Zone callbackZone("preTickCallback");
-    (*m_internalPreTickCallback)(this, timeStep);
+    preTick(&m_world, timeStep);
   }
-  if (!deviceStep(timeStep)) {
-    stockStep(timeStep);
+  if (!runOnDevice(timeStep)) {
+    runStock(timeStep);
     return;
   }
   // From here on as in stock. With actions in the world the sleep timers come after them, on the host.
   const bool hostActivation = m_actions.size() > 0;
-  updateActions(timeStep);
-  if (hostActivation) updateActivationState(timeStep);
-  if (m_internalTickCallback) {
+  (m_world.*&WorldMembers::updateActions)(timeStep);
+  if (hostActivation) (m_world.*&WorldMembers::updateActivationState)(timeStep);
+  if (const btInternalTickCallback tick = m_world.*&WorldMembers::m_internalTickCallback) {
     const Zone callbackZone("tickCallback");
-    (*m_internalTickCallback)(this, timeStep);
+    tick(&m_world, timeStep);
   }
 }
 
 // One step on the device, up to the point where stock has integrated the transforms. False if the stock path
 // has to do it; Bullet's objects are then as before.
-bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
-  const auto state = btgpu::findState(this);
-  if (state->small.isSmall(m_nonStaticRigidBodies.size(), lastManifolds(*state, *getDispatcher()))) {
+bool WorldStep::runOnDevice(btScalar timeStep) {
+  const auto& state = m_state;
+  if (state->small.isSmall(m_bodies.size(), lastManifolds(*state, *m_world.getDispatcher()))) {
     ++state->statistics.m_smallSteps;
     return false;
   }
-  btgpu::FallbackList missing;
+  FallbackList missing;
   if (state->settings.m_stockOnly) missing.add("device", "turned off by setting");
   if (const char* stage = overriddenStage()) missing.add("world", std::string("its class overrides ") + stage);
-  btgpu::checkWorld(*this, timeStep, missing);
-  getDispatchInfo().m_timeStep = timeStep;
-  getDispatchInfo().m_stepCount = 0;
-  getDispatchInfo().m_debugDraw = getDebugDrawer();
-  bool hostPairsDone = missing.empty() && state->settings.m_hostQueries && btgpu::hasPairCallback(*this);
+  checkWorld(m_world, timeStep, missing);
+  m_world.getDispatchInfo().m_timeStep = timeStep;
+  m_world.getDispatchInfo().m_stepCount = 0;
+  m_world.getDispatchInfo().m_debugDraw = m_world.getDebugDrawer();
+  bool hostPairsDone = missing.empty() && state->settings.m_hostQueries && hasPairCallback(m_world);
   if (hostPairsDone) updateHostBroadphase(timeStep);
   Stopwatch watch;
   if (missing.empty() && state->engineRetry.due()) {
@@ -397,58 +297,58 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   }
   // Where there is no device, the world need not be read to know it.
   if (missing.empty() && !state->engineError.empty()) missing.add("device", state->engineError);
-  if (missing.empty()) state->reader.read(*this, missing, state->fallbacks);
+  if (missing.empty()) state->reader.read(m_world, missing, state->fallbacks);
   if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
   if (missing.empty() && (state->reader.hostBodiesChanged() || !state->reader.hostShares().empty())) catchUpContacts();
   // Not before it is known that the step runs on the device: callbacks of the narrowphase would be called twice.
   if (missing.empty()) hostPairsDone = findHostContacts(timeStep, hostPairsDone, missing);
   if (missing.empty()) {
-    state->joints.read(*this, timeStep, state->reader, missing, btScalar(btgpu::jointLead(state->settings)) * timeStep);
+    state->joints.read(m_world, timeStep, state->reader, missing, btScalar(jointLead(state->settings)) * timeStep);
   }
   if (!missing.empty()) {
     state->fallbacks.addStep(missing);
     return false;
   }
 
-  btgpu::WorldInput& input = state->reader.input();
+  WorldInput& input = state->reader.input();
   const bool contacts = state->settings.m_contacts;
   const bool fromStock = state->lastPath == Path::Stock;
   // Pairs that the host collided until now bring their impulses, if the dispatcher has those of all pairs.
   if (fromStock || (contacts && state->lastPath == Path::Device && state->reader.hostBodiesChanged())) {
     input.replaceManifolds = true;
-    input.manifolds = btgpu::readManifolds(*getDispatcher(), state->reader, m_predictiveManifolds);
+    input.manifolds = readManifolds(*m_world.getDispatcher(), state->reader, m_predictive);
   }
   if (fromStock) state->contacts.forget();
   if (!contacts) {
-    releaseStockManifolds(*this, *state);
+    releaseStockManifolds(m_world, *state);
     state->contacts.forget();
   }
-  btgpu::StepSettings settings = btgpu::readSettings(*this, timeStep);
-  btgpu::chooseSolver(state->settings, settings);
-  settings.pairFinder = btgpu::pairFinderOf(state->settings);
+  StepSettings settings = readSettings(m_world, timeStep);
+  chooseSolver(state->settings, settings);
+  settings.pairFinder = pairFinderOf(state->settings);
   settings.contacts = contacts;
   settings.allContacts = state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
-  const std::shared_ptr<btgpu::CrossCheck> check = crossCheckOf(*state);
+  const std::shared_ptr<CrossCheck> check = crossCheckOf(*state);
   const bool checked = check && check->isDue();
   settings.keepContacts = state->settings.m_keepContacts || checked;
   if (!hostPairsDone && mayBatchSubsteps()) settings.substepsToFollow = state->substeps.toFollow();
   const bool last = settings.substepsToFollow == 0;
-  getSolverInfo().m_timeStep = timeStep;
+  m_world.getSolverInfo().m_timeStep = timeStep;
 
   const double reading = watch.lap();
   if (checked) {
     const Zone zone("crosscheck");
-    check->beforeStep(*this, state->reader, state->joints, *state->engine, state->lastPath == Path::Device,
+    check->beforeStep(m_world, state->reader, state->joints, *state->engine, state->lastPath == Path::Device,
                       state->results);
     watch.lap();
   }
-  state->engine->setZoneSink(btgpu::currentZoneSink());
-  btgpu::Status status = [&] {
+  state->engine->setZoneSink(currentZoneSink());
+  Status status = [&] {
     const Zone zone("beginStep");
     return state->engine->beginStep(input, settings);
   }();
-  if (status == btgpu::Status::Ok) {
+  if (status == Status::Ok) {
     // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the
     // solver.
     try {
@@ -465,7 +365,7 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
     state->statistics.m_waitMs = watch.lap();
     state->statistics.m_deviceMs += state->statistics.m_waitMs;
   }
-  if (status != btgpu::Status::Ok) {
+  if (status != Status::Ok) {
     loseEngine(*state);
     missing.add("device", state->engineError);
     state->fallbacks.addStep(missing);
@@ -473,12 +373,12 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
   }
   state->hostContacts.writeBack(state->results);
   if (contacts && last) {
-    state->contacts.write(*this, state->reader, state->results, state->hostContacts.manifoldCount(),
+    state->contacts.write(m_world, state->reader, state->results, state->hostContacts.manifoldCount(),
                           !state->settings.m_hostQueries);
   }
   state->contactsBehind = contacts && !last;
-  if (settings.solver == btgpu::Solver::Fast) state->joints.remember(state->results.jointImpulses);
-  btgpu::writeBackJoints(*this, state->joints, input, state->results, timeStep);
+  if (settings.solver == Solver::Fast) state->joints.remember(state->results.jointImpulses);
+  writeBackJoints(m_world, state->joints, input, state->results, timeStep);
   writeBackBodies(timeStep);
   state->reader.acceptResults(state->results);
   keepStatistics(*state);
@@ -500,35 +400,35 @@ bool btGpuDynamicsWorld::deviceStep(btScalar timeStep) {
 // What of the collision detection is the host's: the pairs that the device can't collide, those that the application
 // filters, and what is in the way of fast bodies. It needs the host's broadphase, whatever the settings say. Returns
 // whether that is current now.
-bool btGpuDynamicsWorld::findHostContacts(btScalar timeStep, bool hostPairsDone, btgpu::FallbackList& missing) {
-  const auto state = btgpu::findState(this);
-  btgpu::WorldInput& input = state->reader.input();
+bool WorldStep::findHostContacts(btScalar timeStep, bool hostPairsDone, FallbackList& missing) {
+  const auto& state = m_state;
+  WorldInput& input = state->reader.input();
   const bool contacts = !state->reader.hostShares().empty(), swept = !state->reader.sweptBodies().empty();
-  releasePredictiveContacts();
+  (m_world.*&WorldMembers::releasePredictiveContacts)();
   state->hostContacts.clear(input);
-  input.onlyListedPairs = getPairCache()->getOverlapFilterCallback() != nullptr;
+  input.onlyListedPairs = m_world.getPairCache()->getOverlapFilterCallback() != nullptr;
   if (!contacts && !swept && !input.onlyListedPairs) return hostPairsDone;
   if (!hostPairsDone) updateHostBroadphase(timeStep);
   const Zone zone("hostContacts");
-  if (contacts) state->hostContacts.find(*this, state->reader);
+  if (contacts) state->hostContacts.find(m_world, state->reader);
   // The callback may have changed bodies.
   if (contacts && (gContactAddedCallback || gContactProcessedCallback)) {
-    state->reader.read(*this, missing, state->fallbacks);
+    state->reader.read(m_world, missing, state->fallbacks);
   }
   if (swept) {
     predictContacts(timeStep);
-    state->hostContacts.add(m_predictiveManifolds, state->reader);
+    state->hostContacts.add(m_predictive, state->reader);
   }
   state->hostContacts.fill(input, state->reader, missing);
-  if (input.onlyListedPairs) state->pairFilter.listPairs(*this, state->reader);
+  if (input.onlyListedPairs) state->pairFilter.listPairs(m_world, state->reader);
   return true;
 }
 
 // Stock's createPredictiveContacts, for the bodies that ask for it. As there they are damped by then, and nothing else.
-void btGpuDynamicsWorld::predictContacts(btScalar timeStep) {
+void WorldStep::predictContacts(btScalar timeStep) {
   const Zone zone("predictiveContacts");
-  const btgpu::WorldReader& reader = btgpu::findState(this)->reader;
-  btgpu::DampedBodies damped(timeStep);
+  const WorldReader& reader = m_state->reader;
+  DampedBodies damped(timeStep);
   damped.reserve(reader.input().bodyCount);
   std::vector<btRigidBody*> bodies;
   for (const std::uint32_t slot : reader.sweptBodies()) {
@@ -537,76 +437,76 @@ void btGpuDynamicsWorld::predictContacts(btScalar timeStep) {
     damped.damp(*body, slot);
     bodies.push_back(body);
   }
-  if (!bodies.empty()) createPredictiveContactsInternal(bodies.data(), static_cast<int>(bodies.size()), timeStep);
+  if (bodies.empty()) return;
+  (m_world.*&WorldMembers::createPredictiveContactsInternal)(bodies.data(), static_cast<int>(bodies.size()), timeStep);
 }
 
 // Fast bodies that ask for it go no farther than to what they hit (btDiscreteDynamicsWorld::integrateTransforms).
-void btGpuDynamicsWorld::writeBackBodies(btScalar timeStep) {
-  const auto state = btgpu::findState(this);
-  const std::vector<std::uint32_t> fast = btgpu::fastBodies(state->reader, state->results, timeStep);
+void WorldStep::writeBackBodies(btScalar timeStep) {
+  const auto& state = m_state;
+  const std::vector<std::uint32_t> fast = fastBodies(state->reader, state->results, timeStep);
   if (fast.empty()) {
     btgpu::writeBackBodies(state->reader, state->results, timeStep);
   } else {
-    btgpu::writeBackInOrder(state->reader, state->results, timeStep, m_nonStaticRigidBodies, fast,
-                            [this, timeStep](btRigidBody& body) {
-                              btRigidBody* one = &body;
-                              integrateTransformsInternal(&one, 1, timeStep);
-                            });
+    writeBackInOrder(state->reader, state->results, timeStep, m_bodies, fast, [this, timeStep](btRigidBody& body) {
+      btRigidBody* one = &body;
+      (m_world.*&WorldMembers::integrateTransformsInternal)(&one, 1, timeStep);
+    });
   }
-  if (!m_applySpeculativeContactRestitution || m_predictiveManifolds.size() == 0) return;
+  if (!(m_world.*&WorldMembers::m_applySpeculativeContactRestitution) || m_predictive.size() == 0) return;
   // What stock does for restitution after it has integrated the bodies of its list.
-  const int bodies = m_nonStaticRigidBodies.size();
-  m_nonStaticRigidBodies.resizeNoInitialize(0);
-  btDiscreteDynamicsWorld::integrateTransforms(timeStep);
-  m_nonStaticRigidBodies.resizeNoInitialize(bodies);
+  const int bodies = m_bodies.size();
+  m_bodies.resizeNoInitialize(0);
+  (m_world.*&WorldMembers::integrateTransforms)(timeStep);
+  m_bodies.resizeNoInitialize(bodies);
 }
 
 // Brings the dispatcher's manifolds to where the last substep left them, if that was not the last of its batch:
 // something in between made the host's part in the next one larger.
-void btGpuDynamicsWorld::catchUpContacts() {
-  const auto state = btgpu::findState(this);
+void WorldStep::catchUpContacts() {
+  const auto& state = m_state;
   if (!state->contactsBehind || !state->engine) return;
   const Zone zone("catchUpContacts");
-  std::vector<btgpu::Manifold> manifolds;
-  if (state->engine->readManifolds(manifolds) != btgpu::Status::Ok) return;
+  std::vector<Manifold> manifolds;
+  if (state->engine->readManifolds(manifolds) != Status::Ok) return;
   state->contactsBehind = false;
   const auto& born = state->reader.input().born;
   const auto isGone = [&](std::uint32_t slot) {
     return !state->reader.objectOf(slot) || std::binary_search(born.begin(), born.end(), slot);
   };
-  btgpu::StepResults results;
-  std::vector<btgpu::Manifold> touching;
-  for (const btgpu::Manifold& m : manifolds) {
+  StepResults results;
+  std::vector<Manifold> touching;
+  for (const Manifold& m : manifolds) {
     if (m.pointCount == 0 || isGone(m.bodyA) || isGone(m.bodyB)) continue;
-    results.contactKeys.push_back(btgpu::pairKeyOf(m.bodyA, m.bodyB));
+    results.contactKeys.push_back(pairKeyOf(m.bodyA, m.bodyB));
     touching.push_back(m);
     touching.back().bodyA = state->reader.ownerOf(m.bodyA);
     touching.back().bodyB = state->reader.ownerOf(m.bodyB);
   }
   results.contacts = {touching.data(), touching.size()};
   state->contacts.forget();
-  state->contacts.write(*this, state->reader, results, state->hostContacts.manifoldCount(),
+  state->contacts.write(m_world, state->reader, results, state->hostContacts.manifoldCount(),
                         !state->settings.m_hostQueries);
   state->contacts.forget();
 }
 
 // What stock's step does for the broadphase: AABBs that cover the predicted motion, then the overlapping
 // pairs.
-void btGpuDynamicsWorld::updateHostBroadphase(btScalar timeStep) {
+void WorldStep::updateHostBroadphase(btScalar timeStep) {
   const Zone zone("hostBroadphase");
-  btgpu::predictTransforms(m_nonStaticRigidBodies, timeStep);
-  if (overridesUpdateAabbs()) {
-    updateAabbs();
+  predictTransforms(m_bodies, timeStep);
+  if (overrides(&WorldMembers::updateAabbs)) {
+    m_world.updateAabbs();
   } else {
-    btgpu::findState(this)->aabbs.update(*this);
+    m_state->aabbs.update(m_world);
   }
-  computeOverlappingPairs();
+  m_world.computeOverlappingPairs();
 }
 
 // Stock takes the island tag of a joint's body for an index, also of one that left the world, and then it is the tag
 // that its last step in the world gave it. A body that only ever stepped on the device has none: the first island's
 // will do.
-void btGpuDynamicsWorld::giveIslandTags() {
+void WorldStep::giveIslandTags() {
   for (int i = 0; i < m_constraints.size(); ++i) {
     for (btRigidBody* body : {&m_constraints[i]->getRigidBodyA(), &m_constraints[i]->getRigidBodyB()}) {
       if (!body->isStaticOrKinematicObject() && body->getIslandTag() < 0) body->setIslandTag(0);
@@ -614,28 +514,30 @@ void btGpuDynamicsWorld::giveIslandTags() {
   }
 }
 
-void btGpuDynamicsWorld::stockStep(btScalar timeStep) {
+void WorldStep::runStock(btScalar timeStep) {
   const Zone zone("stockStep");
-  const auto state = btgpu::findState(this);
+  const auto& state = m_state;
   if (state->contactsBehind && state->engine) {
-    btgpu::FallbackList ignored;
-    state->reader.read(*this, ignored, state->fallbacks);
+    FallbackList ignored;
+    state->reader.read(m_world, ignored, state->fallbacks);
     catchUpContacts();
   }
   if (state->lastPath == Path::Device && state->engine && !state->settings.m_contacts) {
     // The contacts come along, so that the stack does not lose its warm start.
-    std::vector<btgpu::Manifold> manifolds;
-    btgpu::FallbackList ignored;
-    state->reader.read(*this, ignored, state->fallbacks);
-    if (state->engine->readManifolds(manifolds) == btgpu::Status::Ok) {
+    std::vector<Manifold> manifolds;
+    FallbackList ignored;
+    state->reader.read(m_world, ignored, state->fallbacks);
+    if (state->engine->readManifolds(manifolds) == Status::Ok) {
       updateHostBroadphase(timeStep);
-      btgpu::writeManifolds(manifolds, state->reader, *this);
+      writeManifolds(manifolds, state->reader, m_world);
     }
   }
   giveIslandTags();
   state->lastPath = Path::Stock;
   ++state->statistics.m_stockSteps;
   if (const auto check = crossCheckOf(*state)) check->stockStep();
-  const PreTickGuard guard(m_internalPreTickCallback);
-  btDiscreteDynamicsWorld::internalSingleStepSimulation(timeStep);
+  const PreTickGuard guard(m_world.*&WorldMembers::m_internalPreTickCallback);
+  m_stock(m_world, timeStep);
 }
+
+BTGPU_TRANSLATION_END
