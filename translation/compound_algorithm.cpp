@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "../gpu_engine/slots.h"
+#include "convert.h"
 #include "exact_type.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -20,31 +21,59 @@ static_assert(sizeof(DeviceCompoundAlgorithm) <= sizeof(btConvexConvexAlgorithm)
 
 namespace {
 
-// The point of `from` that lies where `p` does on body A, within the manifold's breaking threshold; null if none does.
-const btManifoldPoint* samePoint(const btPersistentManifold& from, const btManifoldPoint& p) {
+// Points on triangles don't name the compound's shape.
+bool mayBeOfSameShapes(const btManifoldPoint& p, const btManifoldPoint& q) {
+  return p.m_index0 == q.m_index0 && (p.m_index1 == q.m_index1 || p.m_partId1 >= 0 || q.m_partId1 >= 0);
+}
+
+// The point of `from` that lies nearest to where `p` does on body A; null if it has none. `distanceSqr`: between them.
+const btManifoldPoint* nearestPoint(const btPersistentManifold& from, const btManifoldPoint& p, btScalar& distanceSqr) {
   const btManifoldPoint* nearest = nullptr;
-  btScalar least = from.getContactBreakingThreshold() * from.getContactBreakingThreshold();
   for (int k = 0; k < from.getNumContacts(); ++k) {
     const btManifoldPoint& q = from.getContactPoint(k);
-    const btScalar distance = (q.m_localPointA - p.m_localPointA).length2();
-    if (q.m_index0 != p.m_index0 || q.m_index1 != p.m_index1 || distance >= least) continue;
-    least = distance;
+    const btScalar d = (q.m_localPointA - p.m_localPointA).length2();
+    if (!mayBeOfSameShapes(p, q) || (nearest && d >= distanceSqr)) continue;
+    distanceSqr = d;
     nearest = &q;
   }
   return nearest;
 }
 
-void carryImpulses(const btPersistentManifold& from, btPersistentManifold& to) {
-  if (from.getBody0() != to.getBody0()) return;
-  for (int k = 0; k < to.getNumContacts(); ++k) {
-    btManifoldPoint& p = to.getContactPoint(k);
-    const btManifoldPoint* known = samePoint(from, p);
-    if (!known) continue;
-    p.m_appliedImpulse = known->m_appliedImpulse;
-    p.m_appliedImpulseLateral1 = known->m_appliedImpulseLateral1;
-    p.m_appliedImpulseLateral2 = known->m_appliedImpulseLateral2;
-    p.m_lifeTime = known->m_lifeTime;
+// Which of Bullet's manifolds is of the same shapes; null if none is. Several may be where points don't tell.
+btPersistentManifold* sameShapes(const btManifoldArray& manifolds, const btPersistentManifold& from) {
+  btPersistentManifold* best = nullptr;
+  btScalar least = 0;
+  for (int i = 0; i < manifolds.size(); ++i) {
+    if (manifolds[i]->getBody0() != from.getBody0()) continue;
+    for (int k = 0; k < from.getNumContacts(); ++k) {
+      btScalar d;
+      if (!nearestPoint(*manifolds[i], from.getContactPoint(k), d) || (best && d >= least)) continue;
+      best = manifolds[i];
+      least = d;
+    }
   }
+  return best;
+}
+
+// Impulses of the points that Bullet has found too. The others, of which it finds one a step (but between boxes), go
+// along while there is room.
+void carryPoints(const btPersistentManifold& from, btPersistentManifold& to) {
+  const btScalar limit = from.getContactBreakingThreshold() * from.getContactBreakingThreshold();
+  for (int k = 0; k < from.getNumContacts(); ++k) {
+    btManifoldPoint known = from.getContactPoint(k);
+    btScalar d;
+    auto* same = const_cast<btManifoldPoint*>(nearestPoint(to, known, d));
+    if (same && d < limit) {
+      same->m_appliedImpulse = known.m_appliedImpulse;
+      same->m_appliedImpulseLateral1 = known.m_appliedImpulseLateral1;
+      same->m_appliedImpulseLateral2 = known.m_appliedImpulseLateral2;
+      same->m_lifeTime = known.m_lifeTime;
+    } else if (to.getNumContacts() < MANIFOLD_CACHE_SIZE) {
+      known.m_userPersistentData = nullptr;  // stays with the manifold that goes
+      to.addManifoldPoint(known);
+    }
+  }
+  to.refreshContactPoints(to.getBody0()->getWorldTransform(), to.getBody1()->getWorldTransform());
 }
 
 }  // namespace
@@ -114,8 +143,8 @@ void DeviceCompoundAlgorithm::processCollision(const btCollisionObjectWrapper* b
   if (m_contacts.empty()) return;
   btManifoldArray manifolds;
   m_stock->getAllContactManifolds(manifolds);
-  for (int i = 0; i < manifolds.size(); ++i) {
-    for (const Contact& c : m_contacts) carryImpulses(*c.manifold, *manifolds[i]);
+  for (const Contact& c : m_contacts) {
+    if (btPersistentManifold* same = sameShapes(manifolds, *c.manifold)) carryPoints(*c.manifold, *same);
   }
   releaseAll();
 }
@@ -132,25 +161,44 @@ void DeviceCompoundAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
   if (m_stock) m_stock->getAllContactManifolds(manifolds);
 }
 
-int childIndexOf(const WorldReader& reader, ulong key, std::uint32_t body) {
+std::uint32_t slotIn(const WorldReader& reader, ulong key, std::uint32_t body) {
   const auto low = static_cast<std::uint32_t>(key >> 32), high = static_cast<std::uint32_t>(key);
-  return childOf(reader.input().infos.values, reader.ownerOf(low) == body ? low : high);
+  return reader.ownerOf(low) == body ? low : high;
 }
+
+namespace {
+
+// True if a slot of a compound's holds a mesh around a point in the body's axes.
+bool isMeshAround(const WorldInput& input, std::uint32_t slot, const btVector3& point, btScalar reach) {
+  const Shape& shape = input.shapes.values[static_cast<std::size_t>(input.infos.values[slot].shapeIndex)];
+  if (shape.type != SHAPE_MESH) return false;
+  constexpr double kNoOrigin[3] = {0, 0, 0};
+  const btVector3 at = toTransform(input.childPoses.values[slot], kNoOrigin).invXform(point) - toBullet(shape.centre);
+  const btVector3 half = toBullet(shape.extents) + btVector3(reach, reach, reach);
+  return btFabs(at.x()) <= half.x() && btFabs(at.y()) <= half.y() && btFabs(at.z()) <= half.z();
+}
+
+}  // namespace
 
 bool slotsOfManifold(const WorldReader& reader, const btPersistentManifold& manifold, std::uint32_t& a,
                      std::uint32_t& b) {
-  const auto slotOf = [&reader](std::uint32_t body, int child, std::uint32_t& slot) {
+  const WorldInput& input = reader.input();
+  const btScalar reach = manifold.getContactBreakingThreshold();
+  const auto slotOf = [&](std::uint32_t body, int part, int index, const btVector3& point, std::uint32_t& slot) {
     slot = body;
     const auto* children = reader.childrenOf(body);
     if (!children) return true;
-    const auto isMeant = [&](std::uint32_t c) { return childOf(reader.input().infos.values, c) == child; };
+    const auto isMeant = [&](std::uint32_t c) {
+      return part >= 0 ? isMeshAround(input, c, point, reach) : childOf(input.infos.values, c) == index;
+    };
     if (std::count_if(children->begin(), children->end(), isMeant) != 1) return false;
     slot = *std::find_if(children->begin(), children->end(), isMeant);
     return true;
   };
   if (manifold.getNumContacts() == 0) return !reader.childrenOf(a) && !reader.childrenOf(b);
   const btManifoldPoint& p = manifold.getContactPoint(0);
-  return slotOf(a, p.m_index0, a) && slotOf(b, p.m_index1, b);
+  return slotOf(a, p.m_partId0, p.m_index0, p.m_localPointA, a) &&
+         slotOf(b, p.m_partId1, p.m_index1, p.m_localPointB, b);
 }
 
 BTGPU_TRANSLATION_END

@@ -49,11 +49,12 @@ class DeviceCompoundAlgorithm : public btCollisionAlgorithm {
   btCollisionAlgorithm* m_stock = nullptr;
 };
 
-// The index of the shape in its compound, of the slot that belongs to `body`; -1 if the body is no compound.
-int childIndexOf(const WorldReader& reader, ulong key, std::uint32_t body);
+// Of the two slots of a key, the one that belongs to `body`.
+std::uint32_t slotIn(const WorldReader& reader, ulong key, std::uint32_t body);
 
-// Key of the slots of a manifold that Bullet made for two bodies: those of the shapes that its points name, where a
-// body is a compound. False if they name none, or several of a nested compound.
+// The slots of a manifold that Bullet made for two bodies: those of the shapes that its points name, where a body is a
+// compound. Points on triangles name the triangle and not the mesh, which is then told by where they lie. False if they
+// name none, or several of a nested compound, or lie in the boxes of several meshes.
 bool slotsOfManifold(const WorldReader& reader, const btPersistentManifold& manifold, std::uint32_t& a,
                      std::uint32_t& b);
 

@@ -184,27 +184,10 @@ bool isSpecial(btPersistentManifold& manifold, bool touching) {
   return (changes && (touching ? gContactStartedCallback : gContactEndedCallback)) || hasUserData(manifold);
 }
 
-// m_partId1 and m_index1 of contacts with a mesh, which is always the manifold's second body.
-void nameTriangles(const Manifold& from, const WorldInput& input, btPersistentManifold& manifold) {
-  const int shape = input.infos.values[from.bodyB].shapeIndex;
-  if (shape < 0 || input.shapes.values[static_cast<std::size_t>(shape)].type != SHAPE_MESH) return;
-  const int place = input.shapes.values[static_cast<std::size_t>(shape)].firstVertex;
-  const Mesh& mesh = input.meshes.meshes[static_cast<std::size_t>(place)];
-  for (int k = 0; k < from.pointCount; ++k) {
-    const int triangle = static_cast<int>(from.points[k].lateralFrictionDir2.w) - 1;
-    if (triangle < 0 || triangle >= mesh.triangleCount) continue;
-    const MeshTriangle& t =
-        input.meshes.triangles[static_cast<std::size_t>(mesh.firstTriangle) + static_cast<std::size_t>(triangle)];
-    manifold.getContactPoint(k).m_partId1 = t.part;
-    manifold.getContactPoint(k).m_index1 = t.index;
-  }
-}
-
 void fillFrom(const Manifold& from, ulong key, const WorldReader& reader, btPersistentManifold& manifold) {
   manifold.setBodies(reader.slots()[from.bodyA].object, reader.slots()[from.bodyB].object);
   fillManifold(from, manifold);
-  if (isOfCompound(reader, key)) nameChildren(reader, key, from.bodyA, from.bodyB, manifold);
-  nameTriangles(from, reader.input(), manifold);
+  nameShapes(from, reader, key, manifold);
 }
 
 }  // namespace

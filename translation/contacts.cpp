@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "../gpu_engine/slots.h"
 #include "../gpu_engine/zone.h"
 #include "compound_algorithm.h"
 #include "convert.h"
@@ -133,13 +134,37 @@ btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject&
   return manifolds.size() > 0 ? manifolds[0] : nullptr;
 }
 
-void nameChildren(const WorldReader& reader, ulong key, std::uint32_t bodyA, std::uint32_t bodyB,
-                  btPersistentManifold& manifold) {
-  const int a = childIndexOf(reader, key, bodyA), b = childIndexOf(reader, key, bodyB);
-  for (int k = 0; k < manifold.getNumContacts(); ++k) {
-    manifold.getContactPoint(k).m_index0 = a;
-    manifold.getContactPoint(k).m_index1 = b;
+namespace {
+
+void nameTriangles(const Manifold& from, const WorldInput& input, std::uint32_t slotB, btPersistentManifold& manifold) {
+  const int shape = input.infos.values[slotB].shapeIndex;
+  if (shape < 0 || input.shapes.values[static_cast<std::size_t>(shape)].type != SHAPE_MESH) return;
+  const int place = input.shapes.values[static_cast<std::size_t>(shape)].firstVertex;
+  const Mesh& mesh = input.meshes.meshes[static_cast<std::size_t>(place)];
+  for (int k = 0; k < from.pointCount; ++k) {
+    const int triangle = static_cast<int>(from.points[k].lateralFrictionDir2.w) - 1;
+    if (triangle < 0 || triangle >= mesh.triangleCount) continue;
+    const MeshTriangle& t =
+        input.meshes.triangles[static_cast<std::size_t>(mesh.firstTriangle) + static_cast<std::size_t>(triangle)];
+    manifold.getContactPoint(k).m_partId1 = t.part;
+    manifold.getContactPoint(k).m_index1 = t.index;
   }
+}
+
+}  // namespace
+
+void nameShapes(const Manifold& from, const WorldReader& reader, ulong key, btPersistentManifold& manifold) {
+  const WorldInput& input = reader.input();
+  const std::uint32_t a = slotIn(reader, key, reader.ownerOf(from.bodyA)),
+                      b = slotIn(reader, key, reader.ownerOf(from.bodyB));
+  if (reader.isChild(a) || reader.isChild(b)) {
+    const int childA = childOf(input.infos.values, a), childB = childOf(input.infos.values, b);
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      manifold.getContactPoint(k).m_index0 = childA;
+      manifold.getContactPoint(k).m_index1 = childB;
+    }
+  }
+  nameTriangles(from, input, b, manifold);
 }
 
 // Into the algorithm that the pair's own one then takes the impulses from.
@@ -153,7 +178,7 @@ static void writeCompoundManifold(const Manifold& m, const WorldReader& reader, 
   const auto* contact = DeviceCompoundAlgorithm::of(*pair, *world.getDispatcher(), registry).contact(key, a, b);
   if (!contact) return;
   writeManifold(m, *contact->manifold);
-  nameChildren(reader, key, reader.ownerOf(m.bodyA), reader.ownerOf(m.bodyB), *contact->manifold);
+  nameShapes(m, reader, key, *contact->manifold);
 }
 
 void writeManifolds(const std::vector<Manifold>& manifolds, const WorldReader& reader, btCollisionWorld& world) {

@@ -26,10 +26,10 @@ void fillManifold(const Manifold& from, btPersistentManifold& manifold);
 // The same, and gContactDestroyedCallback is told of the points beyond.
 void writeManifold(const Manifold& from, btPersistentManifold& manifold);
 
-// Tells the points of a manifold of two slots which shapes of their compounds they lie on, as Bullet's
-// setShapeIdentifiers does.
-void nameChildren(const WorldReader& reader, ulong key, std::uint32_t bodyA, std::uint32_t bodyB,
-                  btPersistentManifold& manifold);
+// Tells the points of a manifold what they lie on, as Bullet's setShapeIdentifiers does: which shapes of compounds
+// (m_index0, m_index1) or, on a mesh, which is always the second one and may be of a compound too, which triangles
+// (m_partId1, m_index1). `key`: of the slots.
+void nameShapes(const Manifold& from, const WorldReader& reader, ulong key, btPersistentManifold& manifold);
 
 // Puts the device's manifolds (of slots: Engine::readManifolds) into the dispatcher, each into the algorithm of its
 // pair, which is created if need be. The host's broadphase must be current: pairs that it does not have are left out.

@@ -21,7 +21,8 @@ namespace {
 // Shapes that a compound may hold.
 bool isInCompounds(int type) {
   return type == SHAPE_SPHERE || type == SHAPE_BOX || type == SHAPE_CAPSULE || type == SHAPE_HULL ||
-         type == SHAPE_CYLINDER || type == SHAPE_CONE || type == SHAPE_MULTI_SPHERE;
+         type == SHAPE_CYLINDER || type == SHAPE_CONE || type == SHAPE_MULTI_SPHERE || type == SHAPE_PLANE ||
+         type == SHAPE_MESH;
 }
 
 bool isFinitePose(const BodyPose& pose) {
@@ -152,7 +153,7 @@ bool convertSimple(const btCollisionShape& shape, Shape& out) {
 
 }  // namespace
 
-// False if one of its shapes can't be on the device, planes among them: Bullet's are static and have no bounds.
+// False if one of its shapes can't be on the device. What is empty touches nothing and needs no slot.
 bool ShapeReader::addLeaves(const btCompoundShape& compound, const btTransform& pose, int depth, WorldInput& input,
                             FallbackList& missing, FallbackList& shares, std::vector<CompoundLeaf>& leaves) {
   constexpr double kNoOrigin[3] = {0, 0, 0};
@@ -167,7 +168,10 @@ bool ShapeReader::addLeaves(const btCompoundShape& compound, const btTransform& 
       continue;
     }
     const int index = read(child, input, missing, shares);
-    if (index < 0 || !isInCompounds(input.shapes.values[static_cast<std::size_t>(index)].type)) return false;
+    if (index < 0) return false;
+    const int type = input.shapes.values[static_cast<std::size_t>(index)].type;
+    if (type == SHAPE_NONE) continue;
+    if (!isInCompounds(type)) return false;
     leaves.push_back({index, depth, k, toPose(childPose, kNoOrigin)});
   }
   return true;
@@ -190,6 +194,8 @@ bool ShapeReader::convertCompound(const btCompoundShape& compound, std::uint32_t
   out.extents = toFloat4((upper - lower) * btScalar(0.5));
   out.centre = toFloat4((upper + lower) * btScalar(0.5));
   for (const CompoundLeaf& leaf : leaves) {
+    if (input.shapes.values[static_cast<std::size_t>(leaf.shapeIndex)].type == SHAPE_PLANE)
+      out.variant = COMPOUND_PLANE;
     if (!isFinitePose(leaf.pose)) out.extents.x = INFINITY;  // what isFiniteShape looks for
   }
   m_compounds[index] = std::move(leaves);

@@ -25,13 +25,15 @@ BTGPU_BEGIN
 #define HULL_TRIANGLE 2    // btTriangleShape: spheres collide with it without its margin
 #define HULL_BOX 4         // a flat or scaled box: to planes, and to them alone, it has its corners
 
+#define COMPOUND_PLANE 1   // has a plane in it, and no bounds
+
 #define HULL_PADDING 15  // BTGPU_WIDE - 1
 
 STRUCT(Shape) {
   int type;                 // SHAPE_*
   float margin;             // Bullet's collision margin; a sphere's and a capsule's is its radius
   float breakingThreshold;  // length: a contact is dropped when its points are farther apart
-  int variant;  // cylinder, cone: the axis, 0 to 2; hull, box: HULL_*
+  int variant;  // cylinder, cone: the axis, 0 to 2; hull, box: HULL_*; compound: COMPOUND_*
   // Box: half extents with margin; sphere: x = radius; plane: xyz = normal, w = constant; capsule: half of the inner
   // segment along its axis, zero along the others; all others: half extents of its AABB in its own axes, as Bullet has
   // it.

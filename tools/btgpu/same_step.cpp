@@ -140,7 +140,7 @@ void StockSolver::use(const StepStart& start, const StepResults& device) {
   m_timeStep = static_cast<btScalar>(start.settings.timeStep);
   m_before.clear();
   for (const BodyState& s : start.states) m_before.push_back({s.linear, s.angular});
-  m_oracle.setState(start.states, start.cache, start.input.infos.values);
+  m_oracle.setState(start.states, start.cache, start.input);
   m_oracle.setJoints(start.joints);
   m_oracle.findContacts(m_timeStep);
   m_predicted = m_oracle.states();

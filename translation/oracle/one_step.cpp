@@ -168,7 +168,7 @@ void OneStepCheck::startStep(const StepRecord& step) {
 
 void OneStepCheck::compare(const StepRecord& step) {
   startStep(step);
-  m_oracle.setState(step.before, step.cache ? *step.cache : std::vector<Manifold>(), step.input.infos.values);
+  m_oracle.setState(step.before, step.cache ? *step.cache : std::vector<Manifold>(), step.input);
   m_oracle.setJoints(step.joints);
   m_oracle.findContacts(step.timeStep);
   if (step.cache) compareContacts();
@@ -229,8 +229,8 @@ void OneStepCheck::compareContacts() {
     if (!awake(m) || m.bucket == BUCKET_HOST || !m_oracle.object(m.bodyA) || !m_oracle.object(m.bodyB)) continue;
     const ulong key = m_step->results.matchedKeys[i];
     const uint low = static_cast<uint>(key >> 32), high = static_cast<uint>(key);
-    PairContacts& pair =
-        pairs[sorted({ownerOf(infos, low), childOf(infos, low), ownerOf(infos, high), childOf(infos, high)})];
+    PairContacts& pair = pairs[sorted({ownerOf(infos, low), OracleWorld::shapeNumber(m_step->input, low),
+                                       ownerOf(infos, high), OracleWorld::shapeNumber(m_step->input, high)})];
     if (!pair.ours || depthOf(m) > depthOf(*pair.ours)) pair.ours = &m;
   }
   btDispatcher& dispatcher = *m_oracle.getDispatcher();

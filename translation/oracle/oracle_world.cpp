@@ -138,22 +138,23 @@ double distanceSqrOf(const Manifold& ours, const btPersistentManifold& stock) {
 }  // namespace
 
 void OracleWorld::setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache,
-                           const std::vector<BodyInfo>& infos) {
+                           const WorldInput& input) {
   restore(states);
   setForces();
   // The pairs have to be there before their manifolds can be filled.
   updateAabbs();
   computeOverlappingPairs();
   std::vector<Manifold> single, compound;
+  const std::vector<BodyInfo>& infos = input.infos.values;
   for (const Manifold& m : cache) {
-    const bool isChild = childOf(infos, m.bodyA) >= 0 || childOf(infos, m.bodyB) >= 0;
+    const bool isChild = ownerOf(infos, m.bodyA) != m.bodyA || ownerOf(infos, m.bodyB) != m.bodyB;
     (isChild ? compound : single).push_back(m);
   }
   m_notFilled.clear();
   ShapeManifolds known = compound.empty() ? ShapeManifolds() : findShapeManifolds();
   replaceContacts(single, single.size());
   for (Manifold& m : compound) {
-    const int childA = childOf(infos, m.bodyA), childB = childOf(infos, m.bodyB);
+    const int childA = shapeNumber(input, m.bodyA), childB = shapeNumber(input, m.bodyB);
     m.bodyA = ownerOf(infos, m.bodyA);
     m.bodyB = ownerOf(infos, m.bodyB);
     if (m.pointCount == 0) continue;
@@ -170,8 +171,10 @@ void OracleWorld::setState(const std::vector<BodyState>& states, const std::vect
     known.erase(nearest);
     writeManifold(m, manifold);
     for (int k = 0; k < m.pointCount; ++k) {
-      manifold.getContactPoint(k).m_index0 = childA;
-      manifold.getContactPoint(k).m_index1 = childB;
+      btManifoldPoint& p = manifold.getContactPoint(k);
+      p.m_index0 = childA;
+      p.m_index1 = childB;
+      if (childB == kMeshes) p.m_partId1 = 0;  // a mesh is always the second body
     }
   }
 }
@@ -190,12 +193,19 @@ OracleWorld::ShapeManifolds OracleWorld::findShapeManifolds() {
 }
 
 OracleWorld::ShapePair OracleWorld::shapesOf(const btPersistentManifold& m) const {
-  const auto childOn = [](const btCollisionObject& o, int index) {
-    return o.getCollisionShape()->isCompound() ? index : -1;
+  const auto childOn = [](const btCollisionObject& o, int part, int index) {
+    return !o.getCollisionShape()->isCompound() ? -1 : part >= 0 ? kMeshes : index;
   };
   const btManifoldPoint& p = m.getContactPoint(0);
-  return {slotOf(*m.getBody0()), childOn(*m.getBody0(), p.m_index0), slotOf(*m.getBody1()),
-          childOn(*m.getBody1(), p.m_index1)};
+  return {slotOf(*m.getBody0()), childOn(*m.getBody0(), p.m_partId0, p.m_index0), slotOf(*m.getBody1()),
+          childOn(*m.getBody1(), p.m_partId1, p.m_index1)};
+}
+
+int OracleWorld::shapeNumber(const WorldInput& input, uint slot) {
+  const int child = childOf(input.infos.values, slot);
+  if (child < 0) return child;
+  const auto shape = static_cast<size_t>(input.infos.values[slot].shapeIndex);
+  return input.shapes.values[shape].type == SHAPE_MESH ? kMeshes : child;
 }
 
 void OracleWorld::releaseLoose() {

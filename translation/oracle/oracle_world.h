@@ -89,9 +89,8 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   virtual bool leavesOut(const btCollisionObject&, const btCollisionObject&) const { return false; }
 
   // Sets all bodies to `states` and the contact cache to `cache`: manifolds of the step before, of slots as
-  // Engine::readManifolds has them. `infos` tells which slots are shapes of compounds.
-  void setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache,
-                const std::vector<BodyInfo>& infos);
+  // Engine::readManifolds has them. `input` tells which slots are shapes of compounds.
+  void setState(const std::vector<BodyState>& states, const std::vector<Manifold>& cache, const WorldInput& input);
   // Stock's step up to the contacts.
   void findContacts(btScalar timeStep);
   // Makes `contacts` the dispatcher's contacts, so that the solver works on the very same ones as btgpu's. Those behind
@@ -100,9 +99,13 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   void replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs);
   // The manifold that holds contacts[i] of the last replaceContacts(); null if it has no points.
   const btPersistentManifold* replaced(size_t i) const { return m_replaced[i]; }
-  // The bodies of a manifold with points, each with the number of its compound's shape that they name, or -1.
+  // The bodies of a manifold with points, each with the number of its compound's shape that they name, or -1. Points on
+  // triangles don't name the mesh: all meshes of a compound have this number.
+  static constexpr int kMeshes = -2;
   using ShapePair = std::tuple<uint, int, uint, int>;
   ShapePair shapesOf(const btPersistentManifold& manifold) const;
+  // The same number, of a slot.
+  static int shapeNumber(const WorldInput& input, uint slot);
   // Of the last setState: false for two shapes of compounds, in either order, whose cache could not be filled, since
   // stock finds no new contact of theirs. Whether they keep the old one can't be told.
   bool isFilled(const ShapePair& shapes) const {
