@@ -47,7 +47,9 @@ struct WorldTraits {
   bool has(uint shapeType) const { return (shapeTypes >> shapeType & 1u) != 0; }
   // Pairs whose contacts are found by closest features: of shapes with vertices, and with something curved.
   bool convexPairs() const { return has(SHAPE_HULL) || (has(SHAPE_CAPSULE) && has(SHAPE_BOX)); }
-  bool curvedPairs() const { return has(SHAPE_CYLINDER) || has(SHAPE_CONE) || has(SHAPE_MULTI_SPHERE); }
+  bool curvedPairs() const {
+    return has(SHAPE_CYLINDER) || has(SHAPE_CONE) || has(SHAPE_MULTI_SPHERE) || has(SHAPE_SUM);
+  }
 };
 
 WorldTraits traitsOf(const WorldInput& input);

@@ -120,7 +120,7 @@ bool addPoints(const btConvexShape& shape, btScalar scale, bool scaled, CorePoin
 }
 
 // Each point of the one shape less each of the other, which is what btMinkowskiSumShape's support function finds the
-// farthest of. False where one of them is not points: no shape of ours is a cylinder with another shape around it.
+// farthest of. False where one of them is not points.
 bool addDifference(const btMinkowskiSumShape& sum, btScalar scale, CorePoints& out) {
   CorePoints a, b;
   const auto read = [](const btConvexShape& shape, CorePoints& of) {
@@ -152,19 +152,70 @@ void readCone(const btConeShape& cone, btScalar scale, Shape& out) {
   out.halfLength = static_cast<float>(cone.getHeight() * scale * btScalar(0.5));  // below zero: the tip points down
 }
 
+bool readRound(const btConvexShape& shape, btScalar scale, Shape& out) {
+  if (isExactly<btCylinderShape, btCylinderShapeX, btCylinderShapeZ>(shape)) {
+    readCylinder(static_cast<const btCylinderShape&>(shape), scale, out);
+  } else if (isExactly<btConeShape, btConeShapeX, btConeShapeZ>(shape)) {
+    readCone(static_cast<const btConeShape&>(shape), scale, out);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+// Adds the terms of a sum, or the one that a shape is: `scale` times it, below zero of what is taken away. False for
+// shapes of the application's own.
+bool addTerms(const btConvexShape& shape, const btMatrix3x3& turn, btScalar scale, CorePoints& out) {
+  const btConvexShape& inner = innermost(shape, scale);
+  if (isExactly<btMinkowskiSumShape>(inner)) {
+    const auto& sum = static_cast<const btMinkowskiSumShape&>(inner);
+    const btTransform &a = sum.getTransformA(), &b = sum.getTransformB();
+    out.terms[0] += toFloat4(turn * (a.getOrigin() - b.getOrigin()) * scale);
+    return addTerms(*sum.getShapeA(), turn * a.getBasis(), scale, out) &&
+           addTerms(*sum.getShapeB(), turn * b.getBasis(), -scale, out);
+  }
+  btQuaternion q;
+  turn.getRotation(q);
+  out.terms.push_back(toFloat4(btVector3(q.x(), q.y(), q.z()), static_cast<float>(q.w())));
+  Shape round{};
+  if (readRound(inner, scale, round)) {
+    out.terms.push_back({float(round.type), float(round.variant), round.radius, round.halfLength});
+    return true;
+  }
+  CorePoints list;
+  if (isExactly<btMultiSphereShape>(inner)) {
+    const auto& spheres = static_cast<const btMultiSphereShape&>(inner);
+    addSpheres(list, spheres, scale);
+    // Here all of their radii is in the terms.
+    if (list.radii.empty()) list.radii.assign(list.points.size(), 0);
+    for (float& radius : list.radii) radius += static_cast<float>(list.margin);
+    out.margin -= spheres.getMargin() * btFabs(scale);
+  } else if (!addPoints(inner, scale, true, list)) {
+    return false;
+  }
+  if (list.points.empty()) addPoint(list, btVector3(0, 0, 0), scale);
+  out.terms.push_back({float(SHAPE_MULTI_SPHERE), float(list.points.size()), 0, 0});
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    out.terms.push_back(toFloat4(list.points[i], list.radii.empty() ? 0 : list.radii[i]));
+  }
+  out.terms.push_back(toFloat4(list.stretch));
+  return true;
+}
+
+// A sum: points, if there is nothing round in it.
+bool addSum(const btMinkowskiSumShape& sum, btScalar scale, CorePoints& out) {
+  if (addDifference(sum, scale, out)) return true;
+  out.terms.assign(1, float4{0, 0, 0, 0});
+  return addTerms(sum, btMatrix3x3::getIdentity(), scale, out);
+}
+
 }  // namespace
 
 bool readRoundShape(const btCollisionShape& shape, Shape& out) {
   if (!shape.isConvex()) return false;
   btScalar scale = 1;
   const btConvexShape& inner = innermost(static_cast<const btConvexShape&>(shape), scale);
-  if (isExactly<btCylinderShape, btCylinderShapeX, btCylinderShapeZ>(inner)) {
-    readCylinder(static_cast<const btCylinderShape&>(inner), scale, out);
-  } else if (isExactly<btConeShape, btConeShapeX, btConeShapeZ>(inner)) {
-    readCone(static_cast<const btConeShape&>(inner), scale, out);
-  } else {
-    return false;
-  }
+  if (!readRound(inner, scale, out)) return false;
   // Bullet's own bounds of a cylinder are those of the box around it; of a cone they depend on the pose, and stage 20
   // finds them.
   btVector3 lower, upper;
@@ -176,6 +227,7 @@ bool readRoundShape(const btCollisionShape& shape, Shape& out) {
 bool readCorePoints(const btCollisionShape& shape, CorePoints& out) {
   out.points.clear();
   out.radii.clear();
+  out.terms.clear();
   out.stretch = btVector3(1, 1, 1);
   out.isBox = false;
   if (!shape.isConvex()) return false;
@@ -193,7 +245,7 @@ bool readCorePoints(const btCollisionShape& shape, CorePoints& out) {
     return true;
   }
   if (isExactly<btMinkowskiSumShape>(inner)) {
-    return addDifference(static_cast<const btMinkowskiSumShape&>(inner), scale, out);
+    return addSum(static_cast<const btMinkowskiSumShape&>(inner), scale, out);
   }
   return addPoints(inner, scale, &inner != &convex, out);
 }

@@ -21,8 +21,8 @@ namespace {
 // Shapes that a compound may hold.
 bool isInCompounds(int type) {
   return type == SHAPE_SPHERE || type == SHAPE_BOX || type == SHAPE_CAPSULE || type == SHAPE_HULL ||
-         type == SHAPE_CYLINDER || type == SHAPE_CONE || type == SHAPE_MULTI_SPHERE || type == SHAPE_PLANE ||
-         type == SHAPE_MESH;
+         type == SHAPE_CYLINDER || type == SHAPE_CONE || type == SHAPE_MULTI_SPHERE || type == SHAPE_SUM ||
+         type == SHAPE_PLANE || type == SHAPE_MESH;
 }
 
 bool isFinitePose(const BodyPose& pose) {
@@ -74,6 +74,8 @@ int hullVariant(const btCollisionShape& shape, const CorePoints& core) {
 // Bit for bit; w of the points is always 0.
 bool sameCore(const CorePoints& a, const CorePoints& b) {
   return a.points.size() == b.points.size() && a.radii == b.radii && a.stretch == b.stretch &&
+         a.terms.size() == b.terms.size() &&
+         std::memcmp(a.terms.data(), b.terms.data(), a.terms.size() * sizeof(float4)) == 0 &&
          std::memcmp(static_cast<const void*>(a.points.data()), static_cast<const void*>(b.points.data()),
                      a.points.size() * sizeof(btVector3)) == 0;
 }
@@ -85,6 +87,9 @@ bool isFiniteCore(const CorePoints& core) {
   }
   for (const float radius : core.radii) {
     if (!std::isfinite(radius)) return false;
+  }
+  for (const float4& t : core.terms) {
+    if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z) || !std::isfinite(t.w)) return false;
   }
   const float4 stretch = toFloat4(core.stretch);
   return std::isfinite(stretch.x) && std::isfinite(stretch.y) && std::isfinite(stretch.z);
@@ -101,6 +106,11 @@ HullFeatures makeSpheres(const CorePoints& core) {
 }
 
 HullFeatures makeFeatures(const CorePoints& core) {
+  if (!core.terms.empty()) {
+    HullFeatures terms;
+    terms.vertices = core.terms;
+    return terms;
+  }
   if (!core.radii.empty()) return makeSpheres(core);
   std::vector<float4> points;
   for (const btVector3& p : core.points) points.push_back(toFloat4(p));
@@ -110,7 +120,7 @@ HullFeatures makeFeatures(const CorePoints& core) {
 // `place`: where what was made of the points lies.
 Shape placedShape(const btCollisionShape& shape, const CorePoints& core, const Shape& place) {
   Shape out = place;
-  out.type = core.radii.empty() ? SHAPE_HULL : SHAPE_MULTI_SPHERE;
+  out.type = !core.terms.empty() ? SHAPE_SUM : core.radii.empty() ? SHAPE_HULL : SHAPE_MULTI_SPHERE;
   if (!core.radii.empty()) out.vertexCount -= 1;  // the last one is how they are stretched
   out.margin = static_cast<float>(core.margin);
   out.variant = hullVariant(shape, core);

@@ -403,7 +403,8 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
   const btCollisionObject& object = *slot.object;
   const Shape& shape = m_input.shapes.values[static_cast<std::size_t>(shapeIndex)];
   const int shapeType = shape.type;
-  if (shapeType == SHAPE_PLANE && !object.isStaticOrKinematicObject()) {
+  const bool hasPlane = shapeType == SHAPE_COMPOUND && (shape.variant & COMPOUND_PLANE);
+  if ((shapeType == SHAPE_PLANE && !object.isStaticOrKinematicObject()) || (hasPlane && !object.isStaticObject())) {
     changes.missing.add("plane on a body that moves", "Bullet's planes are static");
     return;
   }
@@ -417,10 +418,6 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
     changes.hostShares.addShare(callback, "contacts by Bullet's own algorithm on the CPU");
   }
   if (shapeType == SHAPE_COMPOUND) record.info.flags |= BODY_COMPOUND;
-  if (shapeType == SHAPE_COMPOUND && (shape.variant & COMPOUND_PLANE) && !object.isStaticObject()) {
-    record.info.flags |= BODY_HOST_CONTACTS;
-    changes.hostShares.addShare("compound with a plane on a body that moves", "Bullet's planes are static");
-  }
   const bool onHost = shapeType == SHAPE_HOST || (record.info.flags & BODY_HOST_CONTACTS);
   if (onHost != slot.onHost) changes.hostBodiesChanged = true;
   slot.onHost = onHost;

@@ -44,8 +44,8 @@ Box boundsOf(const Shape& shape, float4 position, float4 orientation, double thr
     // btCapsuleShape::getAabb bounds the box around the capsule, not the capsule.
     const double radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0;
     const Vec half = toVec(shape.extents) + Vec{radius, radius, radius};
-    if (shape.type == SHAPE_HULL || shape.type == SHAPE_MULTI_SPHERE || shape.type == SHAPE_COMPOUND ||
-        shape.type == SHAPE_MESH) {
+    if (shape.type == SHAPE_HULL || shape.type == SHAPE_MULTI_SPHERE || shape.type == SHAPE_SUM ||
+        shape.type == SHAPE_COMPOUND || shape.type == SHAPE_MESH) {
       centre = centre + r * toVec(shape.centre);
     }
     for (int corner = 0; corner < 8; ++corner) {

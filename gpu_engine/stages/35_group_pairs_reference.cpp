@@ -34,11 +34,11 @@ uint bucketOf(int typeA, int typeB) {
                                {SHAPE_BOX, SHAPE_MESH, BUCKET_MESH},
                                {SHAPE_CAPSULE, SHAPE_MESH, BUCKET_MESH},
                                {SHAPE_HULL, SHAPE_MESH, BUCKET_MESH}};
-  for (const int curved : {SHAPE_CYLINDER, SHAPE_CONE, SHAPE_MULTI_SPHERE}) {
+  for (const int curved : {SHAPE_CYLINDER, SHAPE_CONE, SHAPE_MULTI_SPHERE, SHAPE_SUM}) {
     if (typeA != curved && typeB != curved) continue;
     const int other = typeA == curved ? typeB : typeA;
     if (other == SHAPE_MESH) return BUCKET_MESH;
-    if (other == SHAPE_NONE || other > SHAPE_MULTI_SPHERE) return BUCKET_NONE;
+    if (other == SHAPE_NONE || other > SHAPE_SUM) return BUCKET_NONE;
     return other == SHAPE_PLANE ? BUCKET_CURVED_PLANE : BUCKET_CURVED;
   }
   for (const Row& r : kTable) {

@@ -21,7 +21,8 @@ constexpr PrimitiveBucket kBuckets[] = {
     {BUCKET_CAPSULES, bit(SHAPE_CAPSULE), bit(SHAPE_CAPSULE)},
     {BUCKET_CAPSULE_PLANE, bit(SHAPE_CAPSULE), bit(SHAPE_PLANE)},
     {BUCKET_HULL_PLANE, bit(SHAPE_HULL), bit(SHAPE_PLANE)},
-    {BUCKET_CURVED_PLANE, bit(SHAPE_CYLINDER) | bit(SHAPE_CONE) | bit(SHAPE_MULTI_SPHERE), bit(SHAPE_PLANE)},
+    {BUCKET_CURVED_PLANE, bit(SHAPE_CYLINDER) | bit(SHAPE_CONE) | bit(SHAPE_MULTI_SPHERE) | bit(SHAPE_SUM),
+     bit(SHAPE_PLANE)},
 };
 
 }  // namespace

@@ -6,7 +6,7 @@ namespace btgpu {
 namespace {
 
 constexpr uint kFlat = 1u << SHAPE_BOX | 1u << SHAPE_CAPSULE | 1u << SHAPE_HULL;
-constexpr uint kCurved = 1u << SHAPE_CYLINDER | 1u << SHAPE_CONE | 1u << SHAPE_MULTI_SPHERE;
+constexpr uint kCurved = 1u << SHAPE_CYLINDER | 1u << SHAPE_CONE | 1u << SHAPE_MULTI_SPHERE | 1u << SHAPE_SUM;
 
 }  // namespace
 

@@ -32,7 +32,7 @@ struct PlacedHit {
   double limit() const { return margins + threshold; }
 };
 
-bool isCurved(const Shape& s) { return s.type >= SHAPE_CYLINDER && s.type <= SHAPE_MULTI_SPHERE; }
+bool isCurved(const Shape& s) { return s.type >= SHAPE_CYLINDER && s.type <= SHAPE_SUM; }
 
 class HitPlacer {
  public:

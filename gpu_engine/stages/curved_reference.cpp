@@ -66,9 +66,34 @@ Vec coreExtents(const Shape& s, double margin) {
   return {std::max(half.x - margin, 0.0), std::max(half.y - margin, 0.0), std::max(half.z - margin, 0.0)};
 }
 
+Vec sumSupport(const Shape& s, const HullArrays& hulls, Vec d) {
+  Vec sum = vertexAt(hulls, s, 0);
+  for (int i = 1; i < s.vertexCount;) {
+    const float4* head = &hulls.vertices[static_cast<size_t>(s.firstVertex + i)];
+    const Matrix turn = rotationOf(head[0]);
+    const Vec inTerm = transposed(turn) * d;
+    Shape term{};
+    term.type = static_cast<int>(head[1].x);
+    i += SUM_HEAD;
+    if (term.type == SHAPE_MULTI_SPHERE) {
+      term.firstVertex = s.firstVertex + i;
+      term.vertexCount = static_cast<int>(head[1].y);
+      sum = sum + turn * spheresSupport(term, hulls, inTerm);
+      i += term.vertexCount + 1;
+    } else {
+      term.variant = static_cast<int>(head[1].y);
+      term.radius = head[1].z;
+      term.halfLength = head[1].w;
+      sum = sum + turn * roundSupport(term, inTerm);
+    }
+  }
+  return sum;
+}
+
 Vec localSupport(const Shape& s, const HullArrays& hulls, double margin, Vec d) {
   if (s.type == SHAPE_CYLINDER || s.type == SHAPE_CONE) return roundSupport(s, d);
   if (s.type == SHAPE_MULTI_SPHERE) return spheresSupport(s, hulls, d);
+  if (s.type == SHAPE_SUM) return sumSupport(s, hulls, d);
   if (s.type != SHAPE_HULL) {
     const Vec half = coreExtents(s, margin);
     return {along(half.x, d.x), along(half.y, d.y), along(half.z, d.z)};
@@ -99,9 +124,7 @@ double outsideCone(const Shape& s, Vec p) {
 
 }  // namespace
 
-bool isCurved(const Shape& shape) {
-  return shape.type == SHAPE_CYLINDER || shape.type == SHAPE_CONE || shape.type == SHAPE_MULTI_SPHERE;
-}
+bool isCurved(const Shape& shape) { return shape.type >= SHAPE_CYLINDER && shape.type <= SHAPE_SUM; }
 
 Vec PlacedCore::support(Vec direction) const {
   return position + rotation * localSupport(*shape, *hulls, margin, transposed(rotation) * direction);
@@ -119,7 +142,7 @@ double PlacedCore::distanceTo(Vec point) const {
     }
     return most;
   }
-  if (shape->type != SHAPE_MULTI_SPHERE) {
+  if (shape->type != SHAPE_MULTI_SPHERE && shape->type != SHAPE_SUM) {
     const Vec half = coreExtents(*shape, margin);
     for (int k = 0; k < 3; ++k) most = std::max(most, std::fabs(p[k]) - half[k]);
     return most;

@@ -64,7 +64,7 @@ LIB Hulls hullsOf(__global const float4* vertices, __global const HullFace* face
 #endif
 
 STRUCT(Core) {
-  int curved;  // SHAPE_* of a cylinder, cone or multi-sphere, else 0
+  int curved;  // SHAPE_* of a cylinder, cone, multi-sphere or sum, else 0
 #ifdef BTGPU_TRIANGLE_CORES
   Triangle triangle;
   int isTriangle;
@@ -88,7 +88,7 @@ STRUCT(CorePair) {
 };
 
 LIB int isCurvedShape(int type) {
-  return type == SHAPE_CYLINDER || type == SHAPE_CONE || type == SHAPE_MULTI_SPHERE;
+  return type == SHAPE_CYLINDER || type == SHAPE_CONE || type == SHAPE_MULTI_SPHERE || type == SHAPE_SUM;
 }
 
 LIB Core coreOf(Shape shape) {
@@ -112,7 +112,8 @@ LIB Core coreOf(Shape shape) {
     core.extents = xyz(shape.extents);
   }
   core.firstVertex = shape.firstVertex;
-  core.vertexCount = core.isHull || shape.type == SHAPE_MULTI_SPHERE ? shape.vertexCount : 8;
+  core.vertexCount =
+      core.isHull || shape.type == SHAPE_MULTI_SPHERE || shape.type == SHAPE_SUM ? shape.vertexCount : 8;
   core.firstFace = shape.firstFace;
   core.faceCount = core.isHull ? shape.faceCount : 6;
   core.firstEdge = shape.firstEdge;
@@ -223,9 +224,34 @@ LIB float4 spheresSupport(Core core, Hulls hulls, float4 direction) {
   return best;
 }
 
+// Of a sum: the points of its terms together.
+LIB float4 sumSupport(Core core, Hulls hulls, float4 direction) {
+  const int end = core.firstVertex + core.vertexCount;
+  float4 sum = hulls.vertices[core.firstVertex];
+  for (int v = core.firstVertex + 1; v < end;) {
+    const float4 turn = hulls.vertices[v], head = hulls.vertices[v + 1], inTerm = rotateInverse(turn, direction);
+    Core term = core;
+    term.curved = (int)head.x;
+    v += SUM_HEAD;
+    if (term.curved == SHAPE_MULTI_SPHERE) {
+      term.firstVertex = v;
+      term.vertexCount = (int)head.y;
+      sum += rotate(turn, spheresSupport(term, hulls, inTerm));
+      v += term.vertexCount + 1;
+    } else {
+      term.axis = (int)head.y;
+      term.radius = head.z;
+      term.halfLength = head.w;
+      sum += rotate(turn, roundSupport(term, inTerm));
+    }
+  }
+  return sum;
+}
+
 // Of any core: its point farthest along the direction, in its own axes. The one place that knows all shapes.
 LIB float4 coreSupportPoint(Core core, Hulls hulls, float4 direction) {
   if (IS_CURVED(core)) {
+    if (core.curved == SHAPE_SUM) return sumSupport(core, hulls, direction);
     return core.curved == SHAPE_MULTI_SPHERE ? spheresSupport(core, hulls, direction) : roundSupport(core, direction);
   }
   return coreVertex(core, hulls, coreSupport(core, hulls, direction));
@@ -252,7 +278,7 @@ LIB float4 supportOfB(CorePair pair, Hulls hulls, float4 direction) {
 #define PATCH_COSINE 0.995f  // as FACE_ALONG_AXIS in convex_clip.h
 
 LIB int patchAlong(Core core, float4 direction) {
-  if (core.curved == SHAPE_MULTI_SPHERE) return PATCH_POINT;
+  if (core.curved == SHAPE_MULTI_SPHERE || core.curved == SHAPE_SUM) return PATCH_POINT;
   const float4 up = unitVector(core.axis);
   const float size = length3(direction), along = dot3(direction, up);
   const float across = sqrt(fmax(0.0f, size * size - along * along));

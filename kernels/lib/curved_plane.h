@@ -8,6 +8,7 @@
 BTGPU_BEGIN
 
 #define CURVED_PLANE_SLACK 1e-5f  // of the shape's size
+#define SUM_TILT 1e-3f            // radians: what is flatter than that on a sum's underside is found by its ends
 
 // Shows the picker what of the core may touch a plane below it, the lowest point last. Not more than what faces the
 // plane: a point of the rim that is about to roll onto the plane would hold the rolling up.
@@ -24,6 +25,15 @@ LIB void offerCurved(REF(PointPicker) picker, Core core, Hulls hulls, float4 nor
       offerPoint(picker, point, centre + dot3(normal, point));
     }
     return;
+  }
+  if (core.curved == SHAPE_SUM) {
+    float4 u, v;
+    planeSpace(core.facing, &u, &v);
+    for (int k = 0; k < 4; ++k) {
+      const float4 tilt = (k & 1 ? u : -u) + (k & 2 ? v : -v);
+      const float4 point = coreSupportPoint(core, hulls, core.facing + tilt * SUM_TILT);
+      offerPoint(picker, point, centre + dot3(normal, point));
+    }
   }
   const int patch = patchAlong(core, core.facing), corners = faceCorners(core, hulls, patch);
   for (int k = 0; k < corners; ++k) {

@@ -30,7 +30,7 @@ typedef struct WideSimplex {
 } WideSimplex;
 
 #define KIND_BOX 0  // or segment or point
-#define KIND_LIST 1  // of vertices or spheres
+#define KIND_LIST 1  // of vertices, spheres or terms
 #define KIND_TRIANGLE 2
 #define KIND_CYLINDER 3
 #define KIND_CONE 4
@@ -186,7 +186,7 @@ static void addCore(WideCores* cores, int l, const Core* core) {
   }
 #endif
 #ifdef BTGPU_CURVED
-  if (core->curved == SHAPE_MULTI_SPHERE) {
+  if (core->curved == SHAPE_MULTI_SPHERE || core->curved == SHAPE_SUM) {
     cores->kinds[l] = KIND_LIST;
   } else if (core->curved) {
     cores->kinds[l] = core->curved == SHAPE_CONE ? KIND_CONE : KIND_CYLINDER;
@@ -252,7 +252,7 @@ static Lanes3 coreSupportsWide(const GjkBlock* g, int ofA, Hulls hulls, LaneMask
     const Core* core = ofA ? &g->pairs[l].a : &g->pairs[l].b;
 #ifdef BTGPU_CURVED
     if (core->curved) {
-      setLane(at, l, spheresSupport(*core, hulls, laneOf(directions, l)));
+      setLane(at, l, coreSupportPoint(*core, hulls, laneOf(directions, l)));
       continue;
     }
 #endif

@@ -16,7 +16,8 @@ BTGPU_BEGIN
 #define SHAPE_CYLINDER 6
 #define SHAPE_CONE 7
 #define SHAPE_MULTI_SPHERE 8
-#define SHAPE_COMPOUND 9  // of a body whose shapes have slots of their own (BODY_CHILD); collides with nothing itself
+#define SHAPE_SUM 9        // of several convex shapes (btMinkowskiSumShape), one of them round
+#define SHAPE_COMPOUND 10  // of a body whose shapes have slots of their own (BODY_CHILD); collides with nothing itself
 #define SHAPE_MESH 12  // triangles, any number: mesh.h
 #define SHAPE_HOST 16  // a shape that the device lacks: its AABB and its contacts come from the host
 
@@ -24,6 +25,11 @@ BTGPU_BEGIN
 #define HULL_POLYHEDRAL 1  // with Bullet's polyhedral features: two such collide without margins
 #define HULL_TRIANGLE 2    // btTriangleShape: spheres collide with it without its margin
 #define HULL_BOX 4         // a flat or scaled box: to planes, and to them alone, it has its corners
+
+// The terms of a SHAPE_SUM lie one after the other among the vertices. First of all: how far the sum is from where they
+// put it. Of each a head: how it is turned (a quaternion); SHAPE_CYLINDER or SHAPE_CONE, axis, radius and half length, or
+// SHAPE_MULTI_SPHERE and how many spheres, which follow as in such a shape. Margins are the sum's.
+#define SUM_HEAD 2
 
 #define COMPOUND_PLANE 1   // has a plane in it, and no bounds
 
@@ -41,7 +47,8 @@ STRUCT(Shape) {
   float4 centre;  // hull, multi-sphere, compound, mesh: centre of that AABB; w = 0
   // Hull: its part of the arrays of all hulls. Vertices lie without the margin; after the last one of all hulls there
   // are HULL_PADDING more, which may be read. Multi-sphere: the spheres' centres, w: what the radius is larger than the
-  // margin; then, not counted, how far these spheres are stretched along the shape's axes.
+  // margin; then, not counted, how far these spheres are stretched along the shape's axes. Sum: all that there is of
+  // its terms, all counted (SUM_*).
   int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;
   // Cylinder, cone: of the core. A cone's tip is at +halfLength, which may be below zero.
   float radius, halfLength;
@@ -80,7 +87,7 @@ STRUCT(HullEdge) {
 #define BUCKET_CAPSULE_HULL 11
 #define BUCKET_BOX_HULL 12
 #define BUCKET_HULL_HULL 13
-#define BUCKET_CURVED 14        // likewise: a cylinder, cone or multi-sphere and anything but a plane
+#define BUCKET_CURVED 14        // likewise: a cylinder, cone, multi-sphere or sum and anything but a plane
 #define BUCKET_CURVED_PLANE 15  // one of them and a plane
 #define BUCKET_MESH 16  // any of the others but a plane, and a mesh
 #define BUCKET_NONE 17  // no contacts can arise (two planes)

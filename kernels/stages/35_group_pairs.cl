@@ -8,7 +8,7 @@
 static uint bucketOfShapes(int typeA, int typeB) {
   const int low = min(typeA, typeB), high = max(typeA, typeB);
   if (low == SHAPE_NONE) return BUCKET_NONE;
-  if (high >= SHAPE_CYLINDER && high <= SHAPE_MULTI_SPHERE) {
+  if (high >= SHAPE_CYLINDER && high <= SHAPE_SUM) {
     return low == SHAPE_PLANE ? BUCKET_CURVED_PLANE : BUCKET_CURVED;
   }
   if (low == SHAPE_SPHERE && high == SHAPE_SPHERE) return BUCKET_SPHERE_SPHERE;
@@ -25,7 +25,7 @@ static uint bucketOfShapes(int typeA, int typeB) {
   if (low == SHAPE_CAPSULE && high == SHAPE_CAPSULE) return BUCKET_CAPSULES;
   if (low == SHAPE_CAPSULE && high == SHAPE_HULL) return BUCKET_CAPSULE_HULL;
   if (low == SHAPE_HULL && high == SHAPE_HULL) return BUCKET_HULL_HULL;
-  if (high == SHAPE_MESH && low <= SHAPE_MULTI_SPHERE && low != SHAPE_PLANE) return BUCKET_MESH;
+  if (high == SHAPE_MESH && low <= SHAPE_SUM && low != SHAPE_PLANE) return BUCKET_MESH;
   return BUCKET_NONE;
 }
 

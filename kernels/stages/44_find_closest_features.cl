@@ -10,7 +10,7 @@
 
 // A hull's part of the arrays of all hulls is there.
 #define ASSERT_HULL(s)                                                                                                 \
-  ASSERT(((s).type != SHAPE_HULL && (s).type != SHAPE_MULTI_SPHERE) ||                                                 \
+  ASSERT(((s).type != SHAPE_HULL && (s).type != SHAPE_MULTI_SPHERE && (s).type != SHAPE_SUM) ||                        \
              (uint)((s).firstVertex + (s).vertexCount) <= LENGTH(hullVertices),                                        \
          (s).firstVertex, (s).vertexCount);                                                                            \
   ASSERT((s).type != SHAPE_HULL || (uint)((s).firstFace + (s).faceCount) <= LENGTH(hullFaces), (s).firstFace,          \

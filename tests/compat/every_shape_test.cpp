@@ -76,7 +76,9 @@ std::vector<btConvexShape*> convexShapes(scenes::Objects& o) {
           o.shape<btConvex2dShape>(o.hull(scenes::prism(4, 0.4, 0.2))),
           o.shape<btUniformScalingShape>(o.shape<btConeShape>(s(0.3), s(0.5)), s(1.3)),
           o.shape<btUniformScalingShape>(o.box(v(0.3, 0.3, 0.3)), s(0.8)),
-          o.shape<btMinkowskiSumShape>(o.box(v(0.3, 0.3, 0.3)), o.sphere(s(0.1)))};
+          o.shape<btMinkowskiSumShape>(o.box(v(0.3, 0.3, 0.3)), o.sphere(s(0.1))),
+          o.shape<btMinkowskiSumShape>(o.box(v(0.2, 0.2, 0.2)), o.shape<btCylinderShape>(v(0.2, 0.2, 0.2))),
+          o.shape<btMinkowskiSumShape>(o.shape<btConeShape>(s(0.3), s(0.3)), o.sphere(s(0.1)))};
 }
 
 std::vector<btCollisionShape*> fixedShapes(scenes::Objects& o) {
@@ -124,6 +126,17 @@ TEST(EveryShape, OfBulletsOwnIsOnTheDevice) {
   nested->addChildShape(btTransform(btQuaternion::getIdentity(), v(0, 1, 0)), o.sphere(s(0.4)));
   o.add(20, nested, v(-10, 6, 0));
   o.add(1, o.shape<btEmptyShape>(), v(0, 9, 0));
+  // A level: all that does not move in one body, in a compound of its own.
+  auto* level = o.shape<btCompoundShape>();
+  auto* inner = o.shape<btCompoundShape>();
+  x = -20;
+  for (btCollisionShape* shape : fixedShapes(o)) {
+    inner->addChildShape(btTransform(btQuaternion::getIdentity(), v(x += 5, -0.5, 0)), shape);
+  }
+  level->addChildShape(btTransform::getIdentity(), inner);
+  o.add(0, level, v(0, 0, 20));
+  for (size_t i = 0; i < convex.size(); ++i) o.add(1, convex[i], v(1.2 * double(i) - 15, 0.8, 20));
+  o.add(20, compound, v(-10, 3, 20));
   w.run(30);
   EXPECT_EQ(namesReported(w.world), std::set<std::string>()) << reportText(w.world);
   expectAllOnDevice(w.world);
@@ -157,12 +170,14 @@ TEST(EveryShape, WhatTheHostCollidesIsNamed) {
   o.add(1, impact, v(0, 0.3, 0));
   o.add(0, sdf, v(0, 30, 0));
   o.add(1, o.shape<OwnBox>(v(0.3, 0.3, 0.3)), v(5, 0.3, 0));
-  // Of the convex ones: a sum with something round in it.
-  o.add(1, o.shape<btMinkowskiSumShape>(o.shape<btConeShape>(s(0.3), s(0.3)), o.sphere(s(0.1))), v(10, 0.4, 0));
+  // And what holds one of these.
+  auto* compound = o.shape<btCompoundShape>();
+  compound->addChildShape(btTransform::getIdentity(), impact);
+  o.add(1, compound, v(10, 0.4, 0));
   o.add(1, o.box(v(0.3, 0.3, 0.3)), v(15, 0.3, 0));
   w.run(5);
-  EXPECT_EQ(namesReported(w.world), (std::set<std::string>{"GImpactMesh shape", "btSdfCollisionShape shape",
-                                                           "Box shape", "MinkowskiSum shape"}))
+  EXPECT_EQ(namesReported(w.world),
+            (std::set<std::string>{"GImpactMesh shape", "btSdfCollisionShape shape", "Box shape", "Compound shape"}))
       << reportText(w.world);
   EXPECT_EQ(w.world.statistics().m_stockSteps, 0u);
 }

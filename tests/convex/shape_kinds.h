@@ -211,6 +211,38 @@ inline std::vector<ShapeKind> convexKinds() {
                          btTransform(btQuaternion(about, scalarIn(random, 0, 3)), halfExtents(random, 0.1 * size)));
                      return sum;
                    }});
+  kinds.push_back(
+      {"round sum", [](ShapeStore& store, RandomSource& random, double size) -> btCollisionShape* {
+         const auto shape = [&](double of) -> btConvexShape* {
+           const btVector3 half = halfExtents(random, of);
+           const btVector3 centres[] = {half * btScalar(0.4), half * btScalar(-0.3)};
+           const btScalar radii[] = {half.x() * btScalar(0.6), half.y() * btScalar(0.4)};
+           switch (random() % 4) {
+             case 0:
+               return store.make<btBoxShape>(half);
+             case 1:
+               return store.make<btMultiSphereShape>(centres, radii, 2);
+             case 2:
+               return store.make<btCapsuleShape>(half.x(), half.y());
+             default:
+               return makeHull(store, random, of);
+           }
+         };
+         btConvexShape* round =
+             random() % 2 ? makeCone(store, random, 0.5 * size) : makeCylinder(store, random, 0.5 * size);
+         const btVector3 about = halfExtents(random, 1).normalized();
+         const btTransform turned(btQuaternion(about, scalarIn(random, 0, 3)), halfExtents(random, 0.1 * size));
+         if (random() % 3 == 0) {  // in another sum, scaled
+           round = store.make<btUniformScalingShape>(
+               store.make<btMinkowskiSumShape>(round, store.make<btBoxShape>(halfExtents(random, 0.1 * size))),
+               scalarIn(random, 0.7, 1.1));
+         }
+         btConvexShape* other = shape(0.4 * size);
+         const bool first = random() % 2;
+         auto* sum = store.make<btMinkowskiSumShape>(first ? round : other, first ? other : round);
+         sum->setTransformA(turned);
+         return sum;
+       }});
   return kinds;
 }
 

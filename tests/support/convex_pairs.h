@@ -79,18 +79,23 @@ inline PairWorld randomConvexPairs(std::mt19937& random, size_t count) {
   return p;
 }
 
-// Cylinders, cones and spheres of several sizes, of any and of none, against every shape; likewise. `plane`: on planes.
+// Cylinders, cones, spheres of several sizes and sums of these, of any and of none, against every shape; likewise.
+// `plane`: on planes.
 inline PairWorld randomCurvedPairs(std::mt19937& random, size_t count, bool plane = false) {
   PairWorld p;
   const auto curved = [&](size_t kind) {
     const float4 half = uniform3(random, 0.2f, 0.7f);
     const int axis = static_cast<int>(random() % 3);
-    if (kind % 3 == 0) return p.world.cylinder(axis, half.x, half.y);
-    if (kind % 3 == 1) return p.world.cone(axis, half.x, random() % 4 ? half.y : -half.y);
+    if (kind % 4 == 0) return p.world.cylinder(axis, half.x, half.y);
+    if (kind % 4 == 1) return p.world.cone(axis, half.x, random() % 4 ? half.y : -half.y);
     std::vector<float4> spheres;
     for (size_t k = 0; k < 1 + random() % 4; ++k) {
       spheres.push_back(uniform3(random, -0.4f, 0.4f));
       spheres.back().w = uniform(random, 0, 0.3f);
+    }
+    if (kind % 4 == 3) {
+      const int round = random() % 2 ? SHAPE_CYLINDER : SHAPE_CONE;
+      return p.world.sum(spheres, round, randomTurn(random), axis, half.x / 2, half.y / 2, 0.1f);
     }
     return p.world.spheres(spheres, 0.1f, random() % 3 ? float4{1, 1, 1, 0} : float4{1.2f, 0.8f, 1, 0});
   };

@@ -26,7 +26,7 @@ struct PairWorld {
   // The bucket of the shapes that the bodies have; a plane or a mesh must be b.
   uint bucketOf(uint a, uint b) const {
     const int typeA = shapeOf(a).type, typeB = shapeOf(b).type;
-    const auto isCurved = [](int t) { return t >= SHAPE_CYLINDER && t <= SHAPE_MULTI_SPHERE; };
+    const auto isCurved = [](int t) { return t >= SHAPE_CYLINDER && t <= SHAPE_SUM; };
     if (isCurved(typeA) || isCurved(typeB)) return typeB == SHAPE_PLANE ? BUCKET_CURVED_PLANE : BUCKET_CURVED;
     if (typeB == SHAPE_PLANE) {
       if (typeA == SHAPE_CAPSULE) return BUCKET_CAPSULE_PLANE;

@@ -85,9 +85,7 @@ bool hasTerminals() {
   try {
     const Terminal terminal;
     return true;
-  } catch (const std::runtime_error&) {
-    return false;
-  }
+  } catch (const std::runtime_error&) { return false; }
 }
 
 Finished runProgram(const std::vector<std::string>& command, const RunOptions& options) {

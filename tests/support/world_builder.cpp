@@ -165,6 +165,25 @@ int WorldBuilder::spheres(const std::vector<float4>& spheres, float margin, floa
   return addShape(shape);
 }
 
+int WorldBuilder::sum(const std::vector<float4>& spheres, int type, float4 turn, int axis, float radius,
+                      float halfLength, float margin) {
+  HullFeatures terms;
+  terms.vertices = {{0.1f, -0.2f, 0.05f, 0}, kNoTurn, {float(SHAPE_MULTI_SPHERE), float(spheres.size()), 0, 0}};
+  terms.vertices.insert(terms.vertices.end(), spheres.begin(), spheres.end());
+  for (const float4& head : {float4{1, 1, 1, 0}, turn, float4{float(type), float(axis), radius, halfLength}}) {
+    terms.vertices.push_back(head);
+  }
+  Shape shape = appendHull(terms, m_input.hulls);
+  shape.type = SHAPE_SUM;
+  shape.margin = margin;
+  float reach = 0.25f + radius + std::fabs(halfLength) + margin;
+  float most = 0;
+  for (const float4& s : spheres) most = std::max(most, std::sqrt(s.x * s.x + s.y * s.y + s.z * s.z) + s.w);
+  reach += most;
+  shape.extents = {reach, reach, reach, 0};
+  return addShape(shape);
+}
+
 int WorldBuilder::mesh(const std::vector<float4>& corners, float margin) {
   std::vector<MeshTriangle> triangles;
   for (size_t i = 0; i + 2 < corners.size(); i += 3) {

@@ -43,6 +43,9 @@ class WorldBuilder {
   int cone(int axis, float radius, float halfLength, float margin = 0.04f);
   // w: what their radii are larger than the margin.
   int spheres(const std::vector<float4>& spheres, float margin, float4 stretch = {1, 1, 1, 0});
+  // The hull of such spheres and a cylinder or cone, turned, added to each other.
+  int sum(const std::vector<float4>& spheres, int type, float4 turn, int axis, float radius, float halfLength,
+          float margin);
   // Three corners a triangle. Part 7, and the index of the triangle, are what Bullet calls it.
   int mesh(const std::vector<float4>& corners, float margin = 0);
 
