@@ -29,8 +29,28 @@ struct PlacedHit {
   double size;   // of both
   double reach;  // with the distance of their centres
   double margins, threshold;
+  double offPlane;  // how far A is from the triangle's plane beyond the threshold, where that counts
   double limit() const { return margins + threshold; }
 };
+
+// btConvexTriangleCallback::processTriangle looks at A's reach along the triangle's normal, a box's with its corners.
+double offPlaneOf(const Shape& a, const Matrix& turn, const Polytope& core, const Polytope& triangle) {
+  if (triangle.faces.empty()) return -INFINITY;
+  const Vec normal = triangle.faces[0].normal;
+  const double at = dot(normal, triangle.vertices[0]);
+  double low = INFINITY, high = -INFINITY;
+  for (const Vec& v : core.vertices) {
+    low = std::min(low, dot(normal, v) - a.margin);
+    high = std::max(high, dot(normal, v) + a.margin);
+  }
+  if (a.type == SHAPE_BOX || (a.type == SHAPE_HULL && (a.variant & HULL_BOX))) {
+    const Vec in = transposed(turn) * normal, half = toVec(a.extents);
+    const double reach = std::fabs(in.x) * half.x + std::fabs(in.y) * half.y + std::fabs(in.z) * half.z;
+    low = dot(in, toVec(a.centre)) - reach;
+    high = dot(in, toVec(a.centre)) + reach;
+  }
+  return std::max(low - at, at - high);
+}
 
 bool isCurved(const Shape& s) { return s.type >= SHAPE_CYLINDER && s.type <= SHAPE_SUM; }
 
@@ -51,7 +71,11 @@ class HitPlacer {
         0,
         0,
         a.margin + meshMargin,
-        in.thresholdOf(p)};
+        in.thresholdOf(p),
+        -INFINITY};
+    if (meshMargin > 0) {
+      h.offPlane = offPlaneOf(a, rotationOf(in.poses[p.bodyA].orientation), h.core, h.triangle) - h.threshold;
+    }
     const MeshTriangle& t = m_in.meshes.triangles[hit.triangle];
     h.size = length(toVec(a.extents)) + length(toVec(a.centre)) + a.margin;
     const auto side = [](float4 from, float4 to) { return length(toVec(to) - toVec(from)); };
@@ -91,7 +115,7 @@ std::vector<TriangleContacts> collideTrianglesReference(const TriangleInput& in,
     const PlacedHit h = placer.place(hit);
     const ClosestCores found = closestOf(h);
     TriangleContacts c{};
-    if (found.separation < h.limit()) {
+    if (found.separation < h.limit() && h.offPlane <= 0) {
       c.normal = toFloat4(-found.normal, 1);
       c.points[0] = toFloat4(found.onB - found.normal * h.meshMargin, found.separation - h.margins);
     }
@@ -115,10 +139,12 @@ void checkTriangleContacts(Contract& contract, const TriangleInput& in, const Tr
     const int count = static_cast<int>(d.normal.w);
     contract.require(count >= 0 && count <= TRIANGLE_POINTS && static_cast<float>(count) == d.normal.w, "a count");
     if (count == 0) {
+      if (h.offPlane > -slack) continue;
       contract.within("how near they are, and have no contact", h.limit() - expected.separation, slack);
       continue;
     }
     contract.within("how far apart they are, and have a contact", expected.separation - h.limit(), slack);
+    contract.within("how far off the triangle's plane, and have a contact", h.offPlane, slack);
     if (!contract.ok()) return;
     double least = INFINITY;
     for (int k = 0; k < count; ++k) least = std::min(least, double(d.points[k].w));

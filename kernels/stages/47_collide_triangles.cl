@@ -119,6 +119,22 @@ static NearHit nearHitOf(const MeshPair* m, Triangle t) {
   return hit;
 }
 
+// How far A reaches along a direction, as Bullet's localGetSupportingVertex has it: boxes have their corners.
+static float reachOf(const MeshPair* m, Core core, Hulls hulls, float4 direction) {
+  if (m->a.type == SHAPE_BOX || hasVariant(m->a, HULL_BOX))
+    return dot3(direction, m->a.centre) + dot3(abs3(direction), m->a.extents);
+  return dot3(direction, coreSupportPoint(core, hulls, direction)) + core.margin;
+}
+
+// btConvexTriangleCallback leaves alone what is farther from a triangle's plane than the contact threshold, though the
+// mesh's margin reaches it. Without a margin that goes without saying.
+static int isOffPlane(const MeshPair* m, Core core, Triangle t, Hulls hulls) {
+  if (!(m->mesh.margin > 0.0f)) return 0;
+  const float4 normal = xyz(t.plane);
+  return -reachOf(m, core, hulls, -normal) - t.plane.w > m->threshold ||
+         t.plane.w - reachOf(m, core, hulls, normal) > m->threshold;
+}
+
 // Contacts, once it is known where the two are closest.
 static void collideCores(CorePair cores, Hulls hulls, int what, ClosestFeatures found, Matrix3 ra, float threshold,
                          RawContacts* raw) {
@@ -132,6 +148,7 @@ static void collideCores(CorePair cores, Hulls hulls, int what, ClosestFeatures 
 static void collide(const MeshPair* m, Triangle t, Hulls hulls, RawContacts* raw) {
   if (!mayBeNear(m, t)) return;
   const NearHit hit = nearHitOf(m, t);
+  if (isOffPlane(m, hit.cores.a, t, hulls)) return;
   ClosestFeatures found = nothingFound();
   const int what = closestCores(hit.cores, hulls, hit.start, hit.limit, &found);
   collideCores(hit.cores, hulls, what, found, m->ra, m->threshold, raw);
@@ -178,7 +195,9 @@ static void collideOrWait(CHECKS const MeshPair* m, Triangle t, uint h, Hulls hu
   const NearHit hit = nearHitOf(m, t);
   ClosestFeatures found = nothingFound();
   ClosestBegun begun;
-  const int what = beginCores(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
+  const int what = isOffPlane(m, hit.cores.a, t, hulls)
+                       ? CORES_FAR
+                       : beginCores(hit.cores, hulls, hit.start, hit.limit, &begun, &found);
   if (what == CORES_OPEN) {
     const int l = block->gjk.count;
     block->hits[l] = h;
