@@ -65,7 +65,7 @@ TEST_F(ClipConvexFacesTest, CurvedSmall) {
 
 TEST_F(ClipConvexFacesTest, Curved) {
   std::mt19937 random(6);
-  expectAsReference(randomCurvedPairs(random, 900));
+  expectAsReference(randomCurvedPairs(random, 1400));
   EXPECT_GT(m_touching, 300u);
   EXPECT_GT(m_several, 60u);
 }
