@@ -26,9 +26,9 @@ BTGPU_BEGIN
 #define HULL_TRIANGLE 2    // btTriangleShape: spheres collide with it without its margin
 #define HULL_BOX 4         // a flat or scaled box: to planes, and to them alone, it has its corners
 
-// The terms of a SHAPE_SUM lie one after the other among the vertices. First of all: how far the sum is from where they
-// put it. Of each a head: how it is turned (a quaternion); SHAPE_CYLINDER or SHAPE_CONE, axis, radius and half length, or
-// SHAPE_MULTI_SPHERE and how many spheres, which follow as in such a shape. Margins are the sum's.
+// The terms of a SHAPE_SUM lie one after the other among the vertices. First of all: how far the sum is from where
+// they put it. Of each a head: how it is turned (a quaternion); SHAPE_CYLINDER or SHAPE_CONE, axis, radius and half
+// length, or SHAPE_MULTI_SPHERE and how many spheres, which follow as in such a shape. Margins are the sum's.
 #define SUM_HEAD 2
 
 #define COMPOUND_PLANE 1   // has a plane in it, and no bounds
