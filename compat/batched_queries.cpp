@@ -12,19 +12,13 @@
 #include "../translation/host_queries.h"
 #include "../translation/parallel.h"
 #include "batched_queries.h"
-#include "world_state.h"
+#include "batches.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
-constexpr std::size_t kGrain = 256;  // rays a thread takes at a time
 // Rays that go to the device at once; fewer where each may bring a list of objects for the host.
 constexpr std::size_t kRays = 1 << 20, kRaysWithHost = 1 << 17;
-// Batches that the CPU has answered before a device has, and before one has been opened
-// (benchmarks/results/2026-11-23-pocl-rays.txt).
-constexpr int kSmallBatch = 200, kSmallFirstBatch = 15000;
-
-bool isFinite(const btVector3& v) { return std::isfinite(double(v.x() + v.y() + v.z())); }
 
 // False for what hits nothing by definition.
 bool isRay(const btGpuRay& ray) {
@@ -65,7 +59,7 @@ class RayBatch {
   template <typename Work>
   void forEach(std::size_t count, bool atOnce, const Work& work) {
     if (atOnce) {
-      parallelFor(count, kGrain, work);
+      parallelFor(count, kBatchGrain, work);
     } else {
       work(0, count);
     }
@@ -87,7 +81,7 @@ Ray RayBatch::toDevice(const btGpuRay& ray) const {
   out.to = toLocal(ray.m_to, m_origin);
   out.filterGroup = ray.m_collisionFilterGroup;
   out.filterMask = ray.m_collisionFilterMask;
-  out.flags = ray.m_flags & (RAY_FILTER_BACKFACES | RAY_KEEP_UNFLIPPED_NORMAL);
+  out.flags = ray.m_flags & (RAY_FILTER_BACKFACES | RAY_KEEP_UNFLIPPED_NORMAL | RAY_ALL_TRIANGLES);
   if (!isRay(ray) || isForHost(ray)) out.flags |= RAY_OFF;
   out.ignored = NO_INDEX;
   if (ray.m_ignoredObject) {
@@ -111,7 +105,7 @@ bool RayBatch::castOnDevice(Engine& engine, std::size_t count, bool broadphaseIs
   for (std::size_t first = 0; first < count; first += chunk) {
     const std::size_t n = std::min(chunk, count - first);
     m_state.deviceRays.resize(n);
-    parallelFor(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallelFor(n, kBatchGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) m_state.deviceRays[i] = toDevice(m_rays[first + i]);
     });
     const Zone zone("castRays");
@@ -125,7 +119,7 @@ bool RayBatch::castOnDevice(Engine& engine, std::size_t count, bool broadphaseIs
 }
 
 void RayBatch::takeHits(std::size_t first, std::size_t count) {
-  parallelFor(count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallelFor(count, kBatchGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const RayHit& from = m_state.rayResults.hits[i];
       btGpuRayHit& to = m_hits[first + i];
@@ -171,48 +165,6 @@ void RayBatch::castOnHost(std::size_t first, std::size_t last, bool only(const b
   m_onHost += static_cast<std::size_t>(std::count_if(m_rays + first, m_rays + last, only));
 }
 
-// The engine for a batch of so many; null if the CPU is to answer it.
-Engine* engineFor(WorldState& state, int count) {
-  const int wanted = state.settings.m_smallBatch;
-  const int small = wanted >= 0 ? wanted : state.engine ? kSmallBatch : kSmallFirstBatch;
-  if (state.settings.m_stockOnly || count < small) return nullptr;
-  return engineOf(state);
-}
-
-bool isFinite(const btTransform& t) {
-  return isFinite(t.getOrigin()) && isFinite(t.getBasis()[0]) && isFinite(t.getBasis()[1]) && isFinite(t.getBasis()[2]);
-}
-
-bool isSweep(const btGpuSweep& sweep) {
-  const btVector3 along = sweep.m_to.getOrigin() - sweep.m_from.getOrigin();
-  return sweep.m_shape && isFinite(sweep.m_from) && isFinite(sweep.m_to) && isFinite(along) &&
-         along.length2() > btScalar(0);
-}
-
-btGpuSweepHit sweepOnHost(const btDiscreteDynamicsWorld& world, const btGpuSweep& sweep) {
-  btGpuSweepHit out;
-  if (!isSweep(sweep)) return out;
-  const HostSweepHit hit =
-      sweepThroughWorld(world, {sweep.m_shape, sweep.m_from, sweep.m_to, sweep.m_collisionFilterGroup,
-                                sweep.m_collisionFilterMask, sweep.m_allowedCcdPenetration, sweep.m_ignoredObject});
-  out.m_collisionObject = hit.object;
-  out.m_closestHitFraction = hit.fraction;
-  out.m_hitNormalWorld = hit.normal;
-  out.m_hitPointWorld = hit.point;
-  return out;
-}
-
-bool bearThreads(const btGpuSweep* sweeps, std::size_t count) {
-  const btConvexShape* last = nullptr;
-  for (std::size_t i = 0; i < count; ++i) {
-    const btConvexShape* shape = sweeps[i].m_shape;
-    if (!shape || shape == last) continue;
-    if (!bearsThreads(*shape)) return false;
-    last = shape;
-  }
-  return true;
-}
-
 // ---- closest points ------------------------------------------------------------------------------------------
 
 class ClosestBatch {
@@ -228,7 +180,10 @@ class ClosestBatch {
   void sort();
   bool isPair(const btGpuClosestQuery& query) const;
   int shapeOf(const btCollisionObject* object) const;
-  ClosestQuery toDevice(const btGpuClosestQuery& query, int shapeA, int shapeB) const;
+  bool isPlane(int shape) const { return shape >= 0 && typeOf(shape) == SHAPE_PLANE; }
+  int typeOf(int shape) const { return world().shapes.shapes.values[static_cast<std::size_t>(shape)].type; }
+  const QueryWorld& world() const { return m_state.pairQueries.world(); }
+  void addQueries(const btGpuClosestQuery& query, int shapeA, int shapeB);
   void give(const btGpuClosestQuery& query, const ClosestAnswer& from, btGpuClosestPoints& to) const;
   void askContactTest(const btGpuClosestQuery& query, btGpuClosestPoints& to);
 
@@ -237,8 +192,13 @@ class ClosestBatch {
   const btGpuClosestQuery* m_queries;
   btGpuClosestPoints* m_answers;
   std::size_t m_count;
-  std::vector<std::size_t> m_ours, m_others;  // positions
-  std::vector<ClosestQuery> m_down;           // of m_ours
+  // A pair for the device: one of its shapes with each other, [first, last) of m_down.
+  struct Ours {
+    std::size_t query, first, last;
+  };
+  std::vector<Ours> m_ours;
+  std::vector<std::size_t> m_others;  // positions
+  std::vector<ClosestQuery> m_down;
   std::vector<ClosestAnswer> m_up;
 };
 
@@ -253,8 +213,8 @@ bool ClosestBatch::isPair(const btGpuClosestQuery& q) const {
 
 // Of one that is in the world, and has a shape for the device; else -1.
 int ClosestBatch::shapeOf(const btCollisionObject* object) const {
-  const int position = m_state.queries.positionOf(object);
-  return position < 0 ? -1 : m_state.queries.shapeOf(position);
+  const int position = m_state.pairQueries.positionOf(object);
+  return position < 0 ? -1 : m_state.pairQueries.shapeOf(position);
 }
 
 void ClosestBatch::sort() {
@@ -263,36 +223,61 @@ void ClosestBatch::sort() {
     m_answers[i] = btGpuClosestPoints();
     if (!isPair(q)) continue;
     const int a = shapeOf(q.m_objectA), b = q.m_objectB ? shapeOf(q.m_objectB) : -1;
-    const auto isPlane = [this](int shape) {
-      return shape >= 0 &&
-             m_state.queries.world().shapes.shapes.values[static_cast<std::size_t>(shape)].type == SHAPE_PLANE;
-    };
     if (a < 0 || (q.m_objectB && b < 0) || (isPlane(a) && isPlane(b))) {
       m_others.push_back(i);
     } else {
-      m_ours.push_back(i);
-      m_down.push_back(toDevice(q, a, b));
+      const std::size_t first = m_down.size();
+      addQueries(q, a, b);
+      m_ours.push_back({i, first, m_down.size()});
     }
   }
 }
 
-ClosestQuery ClosestBatch::toDevice(const btGpuClosestQuery& q, int shapeA, int shapeB) const {
-  const btTransform& a = q.m_objectA->getWorldTransform();
-  btTransform b(btQuaternion::getIdentity(), q.m_point);
-  if (q.m_objectB) b = q.m_objectB->getWorldTransform();
-  const btVector3 between = b.getOrigin() - a.getOrigin();
-  ClosestQuery out;
-  float4* rowsA[] = {&out.poseA.row0, &out.poseA.row1, &out.poseA.row2};
-  float4* rowsB[] = {&out.poseB.row0, &out.poseB.row1, &out.poseB.row2};
-  for (int k = 0; k < 3; ++k) {
-    *rowsA[k] = toFloat4(a.getBasis()[k]);
-    *rowsB[k] = toFloat4(b.getBasis()[k], static_cast<float>(between[k]));
+// A shape that is in no compound, and where.
+struct PlacedLeaf {
+  int shape;
+  btTransform pose;
+};
+
+void addLeaves(const QueryReader& reader, int shape, const btTransform& pose, std::vector<PlacedLeaf>& leaves) {
+  leaves.clear();
+  if (shape < 0 || reader.world().shapes.shapes.values[static_cast<std::size_t>(shape)].type != SHAPE_COMPOUND) {
+    leaves.push_back({shape, pose});
+    return;
   }
-  out.shapeA = shapeA;
-  out.shapeB = shapeB;
+  for (const CompoundLeaf& leaf : reader.leavesOf(shape)) {
+    const float4& q = leaf.pose.orientation;
+    const btQuaternion turn(btScalar(q.x), btScalar(q.y), btScalar(q.z), btScalar(q.w));
+    leaves.push_back({leaf.shapeIndex, pose * btTransform(turn, toBullet(leaf.pose.position))});
+  }
+}
+
+ItemPose poseFrom(const btTransform& t, const btVector3& origin) {
+  const btVector3 at = t.getOrigin() - origin;
+  const btMatrix3x3& m = t.getBasis();
+  return {toFloat4(m[0], static_cast<float>(at.x())), toFloat4(m[1], static_cast<float>(at.y())),
+          toFloat4(m[2], static_cast<float>(at.z()))};
+}
+
+// One for each two shapes of theirs; relative to A's position.
+void ClosestBatch::addQueries(const btGpuClosestQuery& q, int shapeA, int shapeB) {
+  thread_local std::vector<PlacedLeaf> ofA, ofB;
+  const btTransform& a = q.m_objectA->getWorldTransform();
+  const btTransform point(btQuaternion::getIdentity(), q.m_point);
+  addLeaves(m_state.pairQueries, shapeA, a, ofA);
+  addLeaves(m_state.pairQueries, shapeB, q.m_objectB ? q.m_objectB->getWorldTransform() : point, ofB);
+  ClosestQuery out;
   out.radiusB = static_cast<float>(q.m_radius);
   out.limit = static_cast<float>(std::min(q.m_maxDistance, btScalar(BT_LARGE_FLOAT)));
-  return out;
+  for (const PlacedLeaf& leafA : ofA) {
+    out.poseA = poseFrom(leafA.pose, a.getOrigin());
+    out.shapeA = leafA.shape;
+    for (const PlacedLeaf& leafB : ofB) {
+      out.poseB = poseFrom(leafB.pose, a.getOrigin());
+      out.shapeB = leafB.shape;
+      m_down.push_back(out);
+    }
+  }
 }
 
 void ClosestBatch::give(const btGpuClosestQuery& query, const ClosestAnswer& from, btGpuClosestPoints& to) const {
@@ -322,13 +307,20 @@ void ClosestBatch::askContactTest(const btGpuClosestQuery& query, btGpuClosestPo
 
 // Without a device the same functions run on the host.
 void ClosestBatch::find(Engine* engine) {
-  m_state.queries.read(m_world, QueryBounds::Shapes, m_state.reader.input().regionOrigin);
+  m_state.pairQueries.read(m_world, QueryBounds::Shapes, m_state.reader.input().regionOrigin);
   sort();
-  const bool onDevice = engine && engine->closestPoints(m_state.queries.world(), m_down, m_up) == Status::Ok;
+  const bool onDevice = engine && engine->closestPoints(world(), m_down, m_up) == Status::Ok;
   if (engine && !onDevice) m_state.fallbacks.addShare("batched closest points", engine->lastError());
-  if (!onDevice) closestOnHost(m_state.queries.world(), m_down, m_up);
-  parallelFor(m_ours.size(), kGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last; ++k) give(m_queries[m_ours[k]], m_up[k], m_answers[m_ours[k]]);
+  if (!onDevice) closestOnHost(world(), m_down, m_up);
+  parallelFor(m_ours.size(), kBatchGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      const Ours& ours = m_ours[k];
+      const ClosestAnswer* nearest = &m_up[ours.first];
+      for (std::size_t i = ours.first + 1; i < ours.last; ++i) {
+        if (m_up[i].found && (!nearest->found || m_up[i].normal.w < nearest->normal.w)) nearest = &m_up[i];
+      }
+      give(m_queries[ours.query], *nearest, m_answers[ours.query]);
+    }
   });
   for (const std::size_t i : m_others) askContactTest(m_queries[i], m_answers[i]);
   if (!m_others.empty()) {
@@ -361,25 +353,6 @@ void rayTestBatch(const btDiscreteDynamicsWorld& world, const btGpuRay* rays, bt
   }
   state->statistics.m_hostRays += batch.onHost();
   state->statistics.m_deviceRays += n - batch.onHost();
-}
-
-void convexSweepBatch(const btDiscreteDynamicsWorld& world, const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) {
-  if (count <= 0) return;
-  const auto state = findState(&world);
-  const WorldScope scope(state->zones);
-  const Zone zone("convexSweepBatch");
-  if (!state->settings.m_hostQueries && state->lastPath == Path::Device)
-    state->aabbs.update(const_cast<btDiscreteDynamicsWorld&>(world));
-  const auto n = static_cast<std::size_t>(count);
-  const auto sweepAll = [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) hits[i] = sweepOnHost(world, sweeps[i]);
-  };
-  if (canCastAtOnce(world) && bearThreads(sweeps, n)) {
-    parallelFor(n, kGrain, sweepAll);
-  } else {
-    sweepAll(0, n);
-  }
-  state->fallbacks.addShare("batched sweeps", "by Bullet's own test on the CPU");
 }
 
 void closestPointsBatch(const btDiscreteDynamicsWorld& world, const btGpuClosestQuery* queries,

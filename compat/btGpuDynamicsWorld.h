@@ -207,6 +207,8 @@ struct btGpuStatistics {
   int m_launches = 0, m_waits = 0;
   /// Of rayTestBatch: rays that went to the device, and those that the CPU cast all by itself.
   unsigned long long m_deviceRays = 0, m_hostRays = 0;
+  /// Likewise of convexSweepBatch.
+  unsigned long long m_deviceSweeps = 0, m_hostSweeps = 0;
   /// Likewise of closestPointsBatch: pairs; a pair that contactPairTest was asked for is the CPU's.
   unsigned long long m_devicePairs = 0, m_hostPairs = 0;
   double m_translateMs = 0;  ///< host time that reading Bullet's objects and writing them back took
@@ -259,7 +261,9 @@ BTGPU_API btGpuWorld : public Base {
   void rayTestBatch(const btGpuRay* rays, btGpuRayHit* hits, int count) const;
   void rayTestBatch(const std::vector<btGpuRay>& rays, std::vector<btGpuRayHit>& hits) const;
 
-  /// The same of convexSweepTest; on the CPU so far, by Bullet itself on several threads.
+  /// The same of convexSweepTest, by the functions that find contacts on the device: hits[i] is what stock would find to
+  /// within the 0.001 length units before a surface at which its sweeps end. Shapes and objects' shapes that the device
+  /// lacks are Bullet's, and named; without a device all are.
   void convexSweepBatch(const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) const;
   void convexSweepBatch(const std::vector<btGpuSweep>& sweeps, std::vector<btGpuSweepHit>& hits) const;
 

@@ -95,9 +95,13 @@ struct WorldState {
     contactsBehind = false;
   }
 
-  QueryReader queries;  // of batches, with what goes down and comes up
+  QueryReader queries{QueryKind::Rays};  // of batches, with what goes down and comes up
   std::vector<Ray> deviceRays;
   RayResults rayResults;
+  QueryReader sweepQueries{QueryKind::Sweeps};
+  std::vector<Sweep> deviceSweeps;
+  SweepResults sweepResults;
+  QueryReader pairQueries{QueryKind::Pairs};
 
   FallbackList fallbacks;
   btGpuStatistics statistics;

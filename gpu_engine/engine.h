@@ -83,6 +83,10 @@ class Engine {
   // Casts rays through `world`, which need have nothing to do with the last step's; may be called during a step. Waits.
   virtual Status castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) noexcept = 0;
 
+  // Sweeps of shapes that `world` has; likewise.
+  virtual Status castSweeps(const QueryWorld& world, const Sweep* sweeps, size_t count,
+                            SweepResults& results) noexcept = 0;
+
   // Closest points of pairs of the shapes in `world`; likewise.
   virtual Status closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
                                std::vector<ClosestAnswer>& answers) noexcept = 0;

@@ -78,6 +78,11 @@ class PluginEngine final : public Engine {
     const ZoneSinkScope scope(m_sink);
     return guarded(m_error, [&] { m_engine.castRays(world, rays, count, results); });
   }
+  Status castSweeps(const QueryWorld& world, const Sweep* sweeps, size_t count,
+                    SweepResults& results) noexcept override {
+    const ZoneSinkScope scope(m_sink);
+    return guarded(m_error, [&] { m_engine.castSweeps(world, sweeps, count, results); });
+  }
   Status closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
                        std::vector<ClosestAnswer>& answers) noexcept override {
     const ZoneSinkScope scope(m_sink);

@@ -13,28 +13,34 @@
 namespace btgpu {
 
 struct QueryItems {
-  std::vector<BodyInfo> infos;         // uniqueId: position of the object in the world's array
-  std::vector<ItemPose> poses;         // of what the device tests itself
-  std::vector<std::uint32_t> childOf;  // likewise: index in QueryWorld::children, or NO_INDEX
+  std::vector<BodyInfo> infos;  // uniqueId: position of the object in the world's array
+  std::vector<ItemPose> poses;  // of what the device tests itself
+  std::vector<ItemForm> forms;  // likewise
   std::vector<Aabb> aabbs;
   std::uint32_t treeCount = 0;  // the items from here on have no bounds
 };
 
 struct QueryWorld {
-  // Shapes and hulls by BodyInfo::shapeIndex; the rest of it is empty.
+  // Shapes, hulls and meshes by BodyInfo::shapeIndex; the rest of it is empty.
   WorldInput shapes;
-  QueryItems device, host;  // that the device has a test for; that Bullet itself has to be asked for
+  std::vector<float4> spheres;  // ItemForm says what
+  QueryItems device, host;      // that the device has a test for; that Bullet itself has to be asked for
   std::vector<CompoundChild> children;
   bool isDouble = false;      // Bullet's btScalar
   std::uint64_t version = 0;  // another one whenever anything above is
 };
 
-struct RayResults {
-  std::vector<RayHit> hits;
-  // Objects of QueryWorld::host that ray i may hit before that are [hostFirst[i], hostFirst[i + 1]) of these, with
-  // where it enters their bounds; hostFirst is empty if there are none at all.
+// Objects of QueryWorld::host that ray or sweep i may hit before its hit are [hostFirst[i], hostFirst[i + 1]) of these,
+// with where it enters their bounds; hostFirst is empty if there are none at all.
+struct HostLists {
   std::vector<std::uint32_t> hostFirst, hostObjects;
   std::vector<float> hostEnters;
+};
+struct RayResults : HostLists {
+  std::vector<RayHit> hits;
+};
+struct SweepResults : HostLists {
+  std::vector<SweepHit> hits;
 };
 
 }  // namespace btgpu

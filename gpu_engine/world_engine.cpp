@@ -415,7 +415,14 @@ void WorldEngine::query(const Work& work) {
 void WorldEngine::castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) {
   query([&](Queries& q) {
     if (!q.rays) q.rays = std::make_unique<RayCaster>(*m_device);
-    q.rays->cast(q.queue, world, rays, count, results);
+    q.rays->cast(q.queue, q.rayArrays, world, rays, count, results);
+  });
+}
+
+void WorldEngine::castSweeps(const QueryWorld& world, const Sweep* sweeps, size_t count, SweepResults& results) {
+  query([&](Queries& q) {
+    if (!q.sweeps) q.sweeps = std::make_unique<ConvexSweeper>(*m_device);
+    q.sweeps->cast(q.queue, q.sweepArrays, world, sweeps, count, results);
   });
 }
 

@@ -9,6 +9,7 @@
 #include "opencl/program_cache.h"
 #include "pipeline.h"
 #include "queries/closest_points.h"
+#include "queries/convex_sweeper.h"
 #include "queries/ray_caster.h"
 
 namespace btgpu {
@@ -36,6 +37,7 @@ class WorldEngine {
   void closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
                      std::vector<ClosestAnswer>& answers);
   void castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results);
+  void castSweeps(const QueryWorld& world, const Sweep* sweeps, size_t count, SweepResults& results);
   void reset();
   EngineInfo info() const;
   std::vector<StageProfile> takeProfile(ZoneSink* sink);
@@ -93,9 +95,12 @@ class WorldEngine {
   std::unique_ptr<DeviceWorld> m_world;
   // Made by the first query; with a queue of their own, as a step may be under way.
   struct Queries {
-    explicit Queries(const std::shared_ptr<ComputeDevice>& device) : queue(device, false) {}
+    explicit Queries(const std::shared_ptr<ComputeDevice>& device)
+        : queue(device, false), rayArrays(*device), sweepArrays(*device) {}
     Queue queue;
-    std::unique_ptr<RayCaster> rays;  // each made when it is first asked
+    QueryArrays rayArrays, sweepArrays;  // what is the device's differs between them
+    std::unique_ptr<RayCaster> rays;     // each made when it is first asked
+    std::unique_ptr<ConvexSweeper> sweeps;
     std::unique_ptr<ClosestPoints> closest;
   };
   template <typename Work>

@@ -19,19 +19,6 @@
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
-// The shape that a scaled or a flat one is made of; btConvex2dShape hands everything on to its child.
-const btConvexShape& innermost(const btConvexShape& shape, btScalar& scale) {
-  if (isExactly<btUniformScalingShape>(shape)) {
-    const auto& scaled = static_cast<const btUniformScalingShape&>(shape);
-    scale *= scaled.getUniformScalingFactor();
-    return innermost(*scaled.getChildShape(), scale);
-  }
-  if (isExactly<btConvex2dShape>(shape)) {
-    return innermost(*static_cast<const btConvex2dShape&>(shape).getChildShape(), scale);
-  }
-  return shape;
-}
-
 void addPoint(CorePoints& out, const btVector3& p, btScalar scale) {
   out.points.push_back(btVector3(p.x() * scale, p.y() * scale, p.z() * scale));
 }
@@ -125,7 +112,7 @@ bool addDifference(const btMinkowskiSumShape& sum, btScalar scale, CorePoints& o
   CorePoints a, b;
   const auto read = [](const btConvexShape& shape, CorePoints& of) {
     btScalar own = 1;
-    return addPoints(innermost(shape, own), own, true, of);
+    return addPoints(innermostShape(shape, own), own, true, of);
   };
   if (!read(*sum.getShapeA(), a) || !read(*sum.getShapeB(), b)) return false;
   for (const btVector3& p : a.points) {
@@ -166,7 +153,7 @@ bool readRound(const btConvexShape& shape, btScalar scale, Shape& out) {
 // Adds the terms of a sum, or the one that a shape is: `scale` times it, below zero of what is taken away. False for
 // shapes of the application's own.
 bool addTerms(const btConvexShape& shape, const btMatrix3x3& turn, btScalar scale, CorePoints& out) {
-  const btConvexShape& inner = innermost(shape, scale);
+  const btConvexShape& inner = innermostShape(shape, scale);
   if (isExactly<btMinkowskiSumShape>(inner)) {
     const auto& sum = static_cast<const btMinkowskiSumShape&>(inner);
     const btTransform &a = sum.getTransformA(), &b = sum.getTransformB();
@@ -211,10 +198,23 @@ bool addSum(const btMinkowskiSumShape& sum, btScalar scale, CorePoints& out) {
 
 }  // namespace
 
+// btConvex2dShape hands everything on to its child.
+const btConvexShape& innermostShape(const btConvexShape& shape, btScalar& scale) {
+  if (isExactly<btUniformScalingShape>(shape)) {
+    const auto& scaled = static_cast<const btUniformScalingShape&>(shape);
+    scale *= scaled.getUniformScalingFactor();
+    return innermostShape(*scaled.getChildShape(), scale);
+  }
+  if (isExactly<btConvex2dShape>(shape)) {
+    return innermostShape(*static_cast<const btConvex2dShape&>(shape).getChildShape(), scale);
+  }
+  return shape;
+}
+
 bool readRoundShape(const btCollisionShape& shape, Shape& out) {
   if (!shape.isConvex()) return false;
   btScalar scale = 1;
-  const btConvexShape& inner = innermost(static_cast<const btConvexShape&>(shape), scale);
+  const btConvexShape& inner = innermostShape(static_cast<const btConvexShape&>(shape), scale);
   if (!readRound(inner, scale, out)) return false;
   // Bullet's own bounds of a cylinder are those of the box around it; of a cone they depend on the pose, and stage 20
   // finds them.
@@ -233,7 +233,7 @@ bool readCorePoints(const btCollisionShape& shape, CorePoints& out) {
   if (!shape.isConvex()) return false;
   btScalar scale = 1;
   const auto& convex = static_cast<const btConvexShape&>(shape);
-  const btConvexShape& inner = innermost(convex, scale);
+  const btConvexShape& inner = innermostShape(convex, scale);
   out.margin = shape.getMargin();
   if (isExactly<btMultiSphereShape>(inner)) {
     const auto& spheres = static_cast<const btMultiSphereShape&>(inner);

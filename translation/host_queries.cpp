@@ -87,6 +87,11 @@ struct BestSweep : btCollisionWorld::ClosestConvexResultCallback {
   const btCollisionObject* ignored;
 };
 
+HostSweepHit hitOf(const BestSweep& best) {
+  if (!best.hasHit()) return {};
+  return {best.m_hitCollisionObject, best.m_hitNormalWorld, best.m_hitPointWorld, best.m_closestHitFraction};
+}
+
 // What btCollisionWorld::convexSweepTest asks of each leaf.
 struct SweepLeaf : btDbvt::ICollide {
   SweepLeaf(const HostSweep& s, BestSweep& best) : sweep(s), result(best) {}
@@ -100,15 +105,6 @@ struct SweepLeaf : btDbvt::ICollide {
   const HostSweep& sweep;
   BestSweep& result;
 };
-
-// The bounds of the shape that moves, turning included, around its position.
-void boundsOfSweep(const HostSweep& sweep, btVector3& lower, btVector3& upper) {
-  btVector3 linear, angular;
-  btTransformUtil::calculateVelocity(sweep.from, sweep.to, btScalar(1), linear, angular);
-  btTransform turned = btTransform::getIdentity();
-  turned.setRotation(sweep.from.getRotation());
-  sweep.shape->calculateTemporalAabb(turned, btVector3(0, 0, 0), angular, btScalar(1), lower, upper);
-}
 
 struct DeepestContact : btCollisionWorld::ContactResultCallback {
   explicit DeepestContact(const btCollisionObject& objectA, btScalar limit) : a(objectA) {
@@ -191,6 +187,14 @@ void castAgainst(const btCollisionObjectArray& objects, const std::uint32_t* pos
   hit = best.hit;
 }
 
+void boundsOfSweep(const HostSweep& sweep, btVector3& lower, btVector3& upper) {
+  btVector3 linear, angular;
+  btTransformUtil::calculateVelocity(sweep.from, sweep.to, btScalar(1), linear, angular);
+  btTransform turned = btTransform::getIdentity();
+  turned.setRotation(sweep.from.getRotation());
+  sweep.shape->calculateTemporalAabb(turned, btVector3(0, 0, 0), angular, btScalar(1), lower, upper);
+}
+
 HostSweepHit sweepThroughWorld(const btDiscreteDynamicsWorld& world, const HostSweep& sweep) {
   BestSweep best(sweep);
   auto* broadphase = const_cast<btBroadphaseInterface*>(world.getBroadphase());
@@ -203,8 +207,23 @@ HostSweepHit sweepThroughWorld(const btDiscreteDynamicsWorld& world, const HostS
   } else {
     world.convexSweepTest(sweep.shape, sweep.from, sweep.to, best, sweep.allowedPenetration);
   }
-  if (!best.hasHit()) return {};
-  return {best.m_hitCollisionObject, best.m_hitNormalWorld, best.m_hitPointWorld, best.m_closestHitFraction};
+  return hitOf(best);
+}
+
+void sweepAgainst(const btCollisionObjectArray& objects, const std::uint32_t* positions, const float* enters,
+                  std::size_t count, const HostSweep& sweep, HostSweepHit& hit) {
+  BestSweep best(sweep);
+  best.m_hitCollisionObject = hit.object;
+  best.m_hitNormalWorld = hit.normal;
+  best.m_hitPointWorld = hit.point;
+  best.m_closestHitFraction = hit.fraction;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (btScalar(enters[i]) > best.m_closestHitFraction) continue;
+    btCollisionObject* object = objects[static_cast<int>(positions[i])];
+    btCollisionWorld::objectQuerySingle(sweep.shape, sweep.from, sweep.to, object, object->getCollisionShape(),
+                                        object->getWorldTransform(), best, sweep.allowedPenetration);
+  }
+  hit = hitOf(best);
 }
 
 void closestOnHost(const QueryWorld& world, const std::vector<ClosestQuery>& queries,

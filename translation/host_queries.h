@@ -51,6 +51,13 @@ struct HostSweepHit {
 HostSweepHit sweepThroughWorld(const btDiscreteDynamicsWorld& world, const HostSweep& sweep);
 bool bearsThreads(const btCollisionShape& shape);
 
+// The bounds of the shape that moves, turning included, around its position.
+void boundsOfSweep(const HostSweep& sweep, btVector3& lower, btVector3& upper);
+
+// As castAgainst.
+void sweepAgainst(const btCollisionObjectArray& objects, const std::uint32_t* positions, const float* enters,
+                  std::size_t count, const HostSweep& sweep, HostSweepHit& hit);
+
 // What the device's kernel does, on several threads.
 void closestOnHost(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
                    std::vector<ClosestAnswer>& answers);

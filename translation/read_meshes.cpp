@@ -270,6 +270,14 @@ bool MeshReader::reclaim(MeshArrays& meshes) {
   return true;
 }
 
+// For rays Bullet halves a cell of a diamond or zigzag field along its other diagonal, or as if it were none, winds its
+// triangles by how it is halved alone, and walks over a field whose x axis points up as if that were level.
+HeightFieldRays raysThrough(const btHeightfieldTerrainShape& heights) {
+  const bool flipped = heights.*Heights::flipped();
+  const bool patterned = heights.*Heights::diamonds() || heights.*Heights::zigzag();
+  return {heights.getUpAxis() != 0 && (flipped || !patterned), flipped != heights.*Heights::winding()};
+}
+
 void MeshReader::clear() {
   m_entries.clear();
   m_dead = 0;

@@ -9,6 +9,8 @@
 #include "bullet.h"
 #include "mesh_tree.h"
 
+class btHeightfieldTerrainShape;
+
 BTGPU_TRANSLATION_BEGIN
 
 // Memory of the application's that a shape was made from.
@@ -70,5 +72,12 @@ class MeshReader {
   std::map<std::uint32_t, Entry> m_entries;  // by shape index
   std::size_t m_dead = 0;                    // triangles in the input's array of meshes that went or changed
 };
+
+// How the triangles that a ray meets in a height field (performRaycast) differ from those that bodies collide with.
+struct HeightFieldRays {
+  bool sameTriangles;  // but for this: as part and index each has its cell, and
+  bool otherWinding;   // their corners may run the other way round
+};
+HeightFieldRays raysThrough(const btHeightfieldTerrainShape& heights);
 
 BTGPU_TRANSLATION_END

@@ -3,6 +3,10 @@
 #include "read_queries.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btConvexCast.h>
 
 #include <algorithm>
@@ -53,7 +57,7 @@ bool sameArrays(const std::vector<T>& a, const std::vector<T>& b) {
 // Takes over what was read anew; true if it is something else.
 bool replace(QueryItems& known, QueryItems& read) {
   const bool same = known.treeCount == read.treeCount && sameArrays(known.infos, read.infos) &&
-                    sameArrays(known.poses, read.poses) && sameArrays(known.childOf, read.childOf) &&
+                    sameArrays(known.poses, read.poses) && sameArrays(known.forms, read.forms) &&
                     sameArrays(known.aabbs, read.aabbs);
   if (!same) std::swap(known, read);
   return !same;
@@ -61,11 +65,13 @@ bool replace(QueryItems& known, QueryItems& read) {
 
 }  // namespace
 
-void QueryReader::read(const btDiscreteDynamicsWorld& world, QueryBounds bounds, const double (&origin)[3]) {
+void QueryReader::read(const btDiscreteDynamicsWorld& world, QueryBounds bounds, const double (&origin)[3],
+                       const std::vector<const btConvexShape*>& moving) {
   m_bounds = bounds;
   m_dbvt = isExactly<btDbvtBroadphase>(*world.getBroadphase());
-  findItems(world.getCollisionObjectArray());
-  bool changed = m_world.version == 0 || !m_world.shapes.shapes.changed.empty() || m_world.shapes.hulls.changed;
+  findItems(world.getCollisionObjectArray(), moving);
+  bool changed = m_world.version == 0 || !m_world.shapes.shapes.changed.empty() || m_world.shapes.hulls.changed ||
+                 m_world.shapes.meshes.changed;
   m_world.shapes.clearChanges();
   m_newChildren.clear();
   fill(m_device, false, origin, m_newItems);
@@ -74,31 +80,122 @@ void QueryReader::read(const btDiscreteDynamicsWorld& world, QueryBounds bounds,
     std::swap(m_world.children, m_newChildren);
     changed = true;
   }
+  if (!sameArrays(m_world.spheres, m_newSpheres)) {
+    std::swap(m_world.spheres, m_newSpheres);
+    changed = true;
+  }
   fill(m_host, true, origin, m_newItems);
   changed = replace(m_world.host, m_newItems) || changed;
   m_world.isDouble = sizeof(btScalar) == sizeof(double);
   if (changed) ++m_world.version;
 }
 
-// Of the shapes that the reader knows, those that kernels/lib/closest_points.h knows, too. What the device takes for a
-// hull though Bullet has a class of its own for it may answer otherwise there.
-bool QueryReader::isConvexOrPlane(const btCollisionShape& from, int shapeIndex) const {
-  if (shapeIndex < 0) return false;
+// What kernels/lib/closest_points.h knows. Where both have polyhedral features stock's contacts, which are what closest
+// points are held against, are others.
+bool QueryReader::isForPairs(int shapeIndex) const {
   const Shape& shape = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)];
-  if (shape.type == SHAPE_HULL) return isExactly<btConvexHullShape>(from) && shape.variant == 0;
-  if (shape.type == SHAPE_BOX) return isExactly<btBoxShape>(from) && shape.variant == 0;
-  return shape.type == SHAPE_SPHERE || shape.type == SHAPE_PLANE || shape.type == SHAPE_CAPSULE;
+  if (shape.type == SHAPE_COMPOUND) {
+    const auto& leaves = leavesOf(shapeIndex);
+    return !leaves.empty() && std::all_of(leaves.begin(), leaves.end(),
+                                          [this](const CompoundLeaf& leaf) { return isForPairs(leaf.shapeIndex); });
+  }
+  const bool isHull = shape.type == SHAPE_HULL || shape.type == SHAPE_BOX;
+  return shape.type >= SHAPE_SPHERE && shape.type <= SHAPE_MULTI_SPHERE && !(isHull && shape.variant & HULL_POLYHEDRAL);
+}
+
+int QueryReader::readForPairs(const btCollisionShape& shape) {
+  if (shape.isConcave() && !isExactly<btStaticPlaneShape>(shape)) return -1;
+  const int index = isExactly<btCompoundShape>(shape) ? readShape(shape) : formOf(shape).shapeIndex;
+  return index >= 0 && isForPairs(index) ? index : -1;
+}
+
+int QueryReader::readShape(const btCollisionShape& shape) {
+  FallbackList ignored;
+  return m_shapes.read(&shape, m_world.shapes, ignored, ignored);
+}
+
+const QueryReader::Form& QueryReader::formOf(const btCollisionShape& shape) {
+  if (&shape == m_lastShape) return *m_lastForm;  // as neighbours in the world often are
+  const auto [it, isNew] = m_forms.try_emplace(&shape);
+  if (isNew) it->second = m_kind == QueryKind::Rays ? readForm(shape) : readSolidForm(shape);
+  m_lastShape = &shape;
+  m_lastForm = &it->second;
+  return it->second;
+}
+
+static bool hasEvenScaling(const btCollisionShape& shape) {
+  const btVector3& s = shape.getLocalScaling();
+  return s.x() == s.y() && s.y() == s.z() && s.x() > btScalar(0);
+}
+
+// What sweeps meet, and what moves: the core and the margin that stage 44 knows, but where that is on purpose not what
+// stock has (docs/decisions/0022-curved-shapes.md).
+QueryReader::Form QueryReader::readSolidForm(const btCollisionShape& shape) {
+  Form form;
+  if (shape.isConvex()) {
+    btScalar scale = 1;
+    const btConvexShape& inner = innermostShape(static_cast<const btConvexShape&>(shape), scale);
+    if (isExactly<btConvexPointCloudShape, btMultiSphereShape>(inner) && !hasEvenScaling(inner)) return form;
+  }
+  form.shapeIndex = readShape(shape);
+  if (form.shapeIndex < 0) return form;
+  const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(form.shapeIndex)].type;
+  if (!(type >= SHAPE_SPHERE && type <= SHAPE_MULTI_SPHERE) && type != SHAPE_MESH) form.shapeIndex = -1;
+  return form;
+}
+
+QueryReader::Form QueryReader::readForm(const btCollisionShape& shape) {
+  Form form;
+  const btCollisionShape* inner = &shape;
+  float4& scaling = form.item.scaling;
+  if (shape.isConvex()) {
+    btScalar scale = 1;
+    inner = &innermostShape(static_cast<const btConvexShape&>(shape), scale);
+    scaling = toFloat4(btVector3(scale, scale, scale));
+  } else if (isExactly<btScaledBvhTriangleMeshShape>(shape)) {
+    const auto& scaled = static_cast<const btScaledBvhTriangleMeshShape&>(shape);
+    inner = scaled.getChildShape();
+    scaling = toFloat4(scaled.getLocalScaling());
+  } else if (isExactly<btHeightfieldTerrainShape>(shape)) {
+    const HeightFieldRays rays = raysThrough(static_cast<const btHeightfieldTerrainShape&>(shape));
+    if (!rays.sameTriangles) return form;
+    form.item.flags = FORM_HEIGHT_FIELD | (rays.otherWinding ? FORM_OTHER_WINDING : 0);
+  }
+  form.shapeIndex = readShape(*inner);
+  if (!isCastAt(*inner, form)) {
+    form.shapeIndex = -1;
+  } else if (isExactly<btMultiSphereShape>(*inner)) {
+    addSpheres(static_cast<const btMultiSphereShape&>(*inner), form.item);
+  }
+  return form;
 }
 
 // Those that kernels/lib/ray_cast.h has a test for: in a double world only what does not need Bullet's own bits.
-bool QueryReader::isTested(const btCollisionShape& from, int shapeIndex) const {
-  if (!isConvexOrPlane(from, shapeIndex)) return false;
-  if (sizeof(btScalar) == sizeof(float)) return true;
-  const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
-  return type == SHAPE_SPHERE || type == SHAPE_PLANE;
+bool QueryReader::isCastAt(const btCollisionShape& inner, const Form& form) const {
+  if (form.shapeIndex < 0) return false;
+  const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(form.shapeIndex)].type;
+  if (type == SHAPE_PLANE || type == SHAPE_MESH) return true;
+  if (sizeof(btScalar) == sizeof(double)) return type == SHAPE_SPHERE && form.item.scaling.x == 1;
+  if (isExactly<btConvexPointCloudShape>(inner)) {
+    // Stock looks for the farthest of the points as they are without it.
+    if (!hasEvenScaling(inner)) return false;
+  }
+  return (type >= SHAPE_SPHERE && type <= SHAPE_MULTI_SPHERE);
 }
 
-void QueryReader::findItems(const btCollisionObjectArray& objects) {
+// With what stock puts around them and takes off again: it counts in the last bit.
+void QueryReader::addSpheres(const btMultiSphereShape& spheres, ItemForm& form) {
+  const btVector3& scaling = spheres.getLocalScaling();
+  m_newSpheres.push_back(toFloat4(scaling, static_cast<float>(spheres.getMargin())));
+  form.firstSphere = static_cast<int>(m_newSpheres.size());
+  form.sphereCount = spheres.getSphereCount();
+  for (int i = 0; i < form.sphereCount; ++i) {
+    m_newSpheres.push_back(
+        toFloat4(spheres.getSpherePosition(i) * scaling, static_cast<float>(spheres.getSphereRadius(i))));
+  }
+}
+
+void QueryReader::findItems(const btCollisionObjectArray& objects, const std::vector<const btConvexShape*>& moving) {
   m_device.clear();
   m_host.clear();
   m_hostShares.clear();
@@ -106,25 +203,37 @@ void QueryReader::findItems(const btCollisionObjectArray& objects) {
   for (int k = 0; k < objects.size(); ++k) m_positions.emplace_back(objects[k], k);
   std::sort(m_positions.begin(), m_positions.end());
   m_shapeOf.assign(static_cast<std::size_t>(objects.size()), -1);
+  m_newSpheres.clear();
+  m_forms.clear();
+  m_lastShape = nullptr;
   m_shapes.begin();
-  FallbackList ignored;
   for (int k = 0; k < objects.size(); ++k) {
     const btCollisionObject& object = *objects[k];
     const auto position = static_cast<std::uint32_t>(k);
     // What has no proxy Bullet's queries don't find either; nor what is nowhere.
     if (!object.getBroadphaseHandle() || !object.getCollisionShape() || !isFinite(object.getWorldTransform())) continue;
     const btCollisionShape& shape = *object.getCollisionShape();
+    if (isExactly<btEmptyShape>(shape)) continue;  // nothing meets it
+    if (m_kind == QueryKind::Pairs) {
+      m_shapeOf[static_cast<std::size_t>(k)] = readForPairs(shape);
+      continue;
+    }
     if (isExactly<btCompoundShape>(shape) && addChildren(object, position)) continue;
-    const int index = m_shapes.read(&shape, m_world.shapes, ignored, ignored);
-    if (isConvexOrPlane(shape, index)) m_shapeOf[static_cast<std::size_t>(k)] = index;
-    if (isTested(shape, index)) {
-      m_device.push_back({&object, position, index, -1});
+    const Form& form = formOf(shape);
+    if (form.shapeIndex >= 0) {
+      m_device.push_back({&object, position, form.shapeIndex, -1, form.item});
     } else {
-      m_host.push_back({&object, position, 0, -1});
+      m_host.push_back({&object, position, 0, -1, form.item});
       m_hostShares.addShare(std::string(shape.getName()) + " shape", "batched queries by Bullet's own test on the CPU");
     }
   }
+  for (const btConvexShape* shape : moving) formOf(*shape);
   m_shapes.end(m_world.shapes);
+}
+
+int QueryReader::movingShape(const btConvexShape* shape) const {
+  const auto it = m_forms.find(shape);
+  return it == m_forms.end() || shape->isConvex2d() ? -1 : it->second.shapeIndex;
 }
 
 int QueryReader::positionOf(const btCollisionObject* object) const {
@@ -136,14 +245,15 @@ int QueryReader::positionOf(const btCollisionObject* object) const {
 bool QueryReader::addChildren(const btCollisionObject& object, std::uint32_t position) {
   const auto& compound = *static_cast<const btCompoundShape*>(object.getCollisionShape());
   const std::size_t before = m_device.size();
-  FallbackList ignored;
   for (int c = 0; c < compound.getNumChildShapes(); ++c) {
-    const int index = m_shapes.read(compound.getChildShape(c), m_world.shapes, ignored, ignored);
-    if (!isTested(*compound.getChildShape(c), index) || !isFinite(compound.getChildTransform(c))) {
+    const btCollisionShape& shape = *compound.getChildShape(c);
+    if (isExactly<btEmptyShape>(shape)) continue;
+    const Form& form = formOf(shape);
+    if (form.shapeIndex < 0 || !isFinite(compound.getChildTransform(c))) {
       m_device.resize(before);
       return false;
     }
-    m_device.push_back({&object, position, index, c});
+    m_device.push_back({&object, position, form.shapeIndex, c, form.item});
   }
   return true;
 }
@@ -195,7 +305,7 @@ void QueryReader::fill(const std::vector<Found>& found, bool onHost, const doubl
   items.infos.resize(count);
   items.aabbs.resize(count);
   items.poses.resize(onHost ? 0 : count);
-  items.childOf.resize(onHost ? 0 : count);
+  items.forms.resize(onHost ? 0 : count);
   // Bounded items first, each kind in the order in which they were found.
   std::vector<Aabb> bounds(count);
   std::vector<std::uint32_t> place(count), child(count, NO_INDEX);
@@ -234,7 +344,8 @@ void QueryReader::fill(const std::vector<Found>& found, bool onHost, const doubl
         items.aabbs[to] = boundsOfChild(*compound.getChildShape(f.child), transform, origin);
         m_newChildren[child[i]] = childOf(*f.object, f.child, bounds[i], origin);
       }
-      items.childOf[to] = child[i];
+      items.forms[to] = f.form;
+      items.forms[to].child = child[i];
       items.poses[to] = toItemPose(transform, origin);
     }
   });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Host reference of queries/cast_rays.cl: each ray is tried against every item, without a tree. Exact, where the device
-// rounds division and square root correctly: a tree only leaves out what a ray can't hit.
+// Host reference of queries/cast_rays.cl: each ray is tried against every item, and of a mesh every triangle, without a
+// tree. Exact, where the device rounds division and square root correctly: a tree only leaves out what a ray can't hit.
 #pragma once
 
 #include "../query_world.h"

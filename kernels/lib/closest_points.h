@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Closest points of a pair that the application names, by the functions of stage 44: GJK for cores that are apart, the
-// separating axis test where they overlap.
+// Closest points of a pair that the application names, by the functions of stage 44: GJK for cores that are apart;
+// where they overlap the separating axis test, or, with something curved, EPA.
 #ifndef BTGPU_LIB_CLOSEST_POINTS_H
 #define BTGPU_LIB_CLOSEST_POINTS_H
 #include "../shared/query.h"
 #include "convex_sat.h"
+#include "curved.h"
 
 BTGPU_BEGIN
 
@@ -25,13 +26,20 @@ LIB ClosestAnswer farApart(void) {
   return answer;
 }
 
+// The point of a convex shape that lies farthest along a unit direction, in its own axes, as planes see it
+// (btConvexPlaneCollisionAlgorithm): boxes have their corners there, whatever their margin.
+LIB float4 lowestPoint(Shape shape, Hulls hulls, float4 down) {
+  if (shape.type == SHAPE_BOX || (shape.type == SHAPE_HULL && (shape.variant & HULL_BOX))) {
+    return boxVertex(shape.extents, (down.x >= 0.0f ? 1 : 0) | (down.y >= 0.0f ? 2 : 0) | (down.z >= 0.0f ? 4 : 0));
+  }
+  return coreSupportPoint(coreOf(shape), hulls, down) + down * shape.margin;
+}
+
 // A convex shape over a plane: its lowest point. `toShape`: from the plane's position to the shape's. onShape and
 // onPlane count from there too.
 LIB float overPlane(Shape shape, Matrix3 r, Hulls hulls, float4 toShape, float4 normal, float height,
                        REF(float4) onShape, REF(float4) onPlane) {
-  const Core core = coreOf(shape);
-  const float4 lowest = coreVertex(core, hulls, coreSupport(core, hulls, -mulTransposed(r, normal)));
-  *onShape = toShape + mulMatrix(r, lowest) - normal * shape.margin;
+  *onShape = toShape + mulMatrix(r, lowestPoint(shape, hulls, -mulTransposed(r, normal)));
   const float distance = dot3(*onShape, normal) - height;
   *onPlane = *onShape - normal * distance;
   return distance;
@@ -57,6 +65,16 @@ LIB ClosestAnswer closestToPlane(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float
   return answer;
 }
 
+// What is closest of two cores, or by which way they leave each other. 0 if they are farther apart than `limit`.
+LIB int closestOfPair(CorePair cores, Hulls hulls, float4 start, float limit, REF(ClosestFeatures) found) {
+  const int curved = IS_CURVED(cores.a) || IS_CURVED(cores.b);
+  found->normal = found->onA = found->onB = vec3(0.0f, 0.0f, 0.0f);
+  const int what = curved ? closestCurved(cores, hulls, start, limit, found)
+                          : closestFeatures(cores, hulls, start, limit, found);
+  if (what == CORES_OVERLAP) *found = curved ? shortestCurvedWayOut(cores, hulls) : shortestWayOut(cores, hulls);
+  return what != CORES_FAR;
+}
+
 LIB ClosestAnswer closestOfCores(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float4 bFromA, float4 atA, float limit,
                                     Hulls hulls) {
   ClosestAnswer answer = farApart();
@@ -64,13 +82,10 @@ LIB ClosestAnswer closestOfCores(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float
   const float margins = a.margin + b.margin;
   const float4 start = lengthSqr3(cores.offset) > 0.0f ? cores.offset : vec3(1.0f, 0.0f, 0.0f);
   ClosestFeatures found;
-  found.normal = found.onA = found.onB = vec3(0.0f, 0.0f, 0.0f);
-  const int what = closestFeatures(cores, hulls, start, limit + margins, &found);
-  if (what == CORES_FAR) {
+  if (!closestOfPair(cores, hulls, start, limit + margins, &found)) {
     answer.normal.w = INFINITY;
     return answer;
   }
-  if (what == CORES_OVERLAP) found = shortestWayOut(cores, hulls);
   answer.onA = atA + mulMatrix(ra, found.onA + found.normal * a.margin);
   answer.onB = atA + mulMatrix(ra, found.onB - found.normal * b.margin);
   answer.normal = withW(-mulMatrix(ra, found.normal), found.normal.w - margins);

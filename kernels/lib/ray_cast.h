@@ -7,13 +7,7 @@
 // limits at which Bullet gives up.
 #ifndef BTGPU_LIB_RAY_CAST_H
 #define BTGPU_LIB_RAY_CAST_H
-#include "../shared/contact.h"
-#include "../shared/query.h"
-#include "../shared/shape.h"
-#include "vec.h"
-#if defined(__OPENCL_C_VERSION__) && defined(BTGPU_SHAPE_CPU)
-#include "support_wide.h"
-#endif
+#include "ray_mesh.h"
 
 BTGPU_BEGIN
 
@@ -22,39 +16,6 @@ BTGPU_BEGIN
 #define CAST_SAME_SQR 1e-4f     // VORONOI_DEFAULT_EQUAL_VERTEX_THRESHOLD: squared distance of points that are one
 #define CAST_FLAT_VOLUME 1e-4f  // of a tetrahedron, times 6: flatter ones end the cast
 #define CAST_ITERATIONS 32      // MAX_CONVEX_CAST_ITERATIONS
-
-// The point of a convex shape, its margin included, that lies farthest along a direction in its own axes:
-// localGetSupportingVertex.
-LIB float4 supportPoint(Shape shape, __global const float4* vertices, float4 direction) {
-  if (shape.type == SHAPE_BOX) {
-    return vec3(direction.x >= 0.0f ? shape.extents.x : -shape.extents.x,
-                direction.y >= 0.0f ? shape.extents.y : -shape.extents.y,
-                direction.z >= 0.0f ? shape.extents.z : -shape.extents.z);
-  }
-  float4 point = vec3(0.0f, 0.0f, 0.0f);
-  if (shape.type == SHAPE_CAPSULE) {
-    // Bullet takes a short direction for that of the x axis.
-    const int isBehind = lengthSqr3(direction) >= 1e-4f && dot3(shape.extents, direction) < 0.0f;
-    point = isBehind ? -xyz(shape.extents) : xyz(shape.extents);
-  } else if (shape.type == SHAPE_HULL) {
-    __global const float4* own = vertices + shape.firstVertex;
-#if defined(__OPENCL_C_VERSION__) && defined(BTGPU_SHAPE_CPU)
-    point = xyz(own[farthestVertexWide(own, shape.vertexCount, direction)]);
-#else
-    float farthest = -INFINITY;
-    for (int i = 0; i < shape.vertexCount; ++i) {
-      const float along = dot3(own[i], direction);
-      if (along > farthest) {
-        farthest = along;
-        point = xyz(own[i]);
-      }
-    }
-#endif
-  }
-  if (shape.margin == 0.0f) return point;
-  if (lengthSqr3(direction) < BTGPU_EPSILON * BTGPU_EPSILON) direction = vec3(-1.0f, -1.0f, -1.0f);
-  return point + direction * (1.0f / length3(direction)) * shape.margin;
-}
 
 // ---- btVoronoiSimplexSolver: the point of a simplex nearest to the origin
 //
@@ -211,16 +172,8 @@ LIB int isInSimplex(const CastSimplex* s, float4 w) {
   return w.x == s->last.x && w.y == s->last.y && w.z == s->last.z;
 }
 
-LIB float4 toWorldPoint(ItemPose pose, float4 origin, float4 p) {
-  return vec3(dot3(p, pose.row0), dot3(p, pose.row1), dot3(p, pose.row2)) + origin;
-}
-LIB float4 toLocalDirection(ItemPose pose, float4 d) {
-  return xyz(pose.row0 * d.x + pose.row1 * d.y + pose.row2 * d.z);
-}
-LIB float4 originOf(ItemPose pose) { return vec3(pose.row0.w, pose.row1.w, pose.row2.w); }
-
 // A ray against a convex shape. 1 if it hits: fraction, and the normal, of any length. Nothing is hit from inside.
-LIB int castConvex(Shape shape, ItemPose pose, __global const float4* vertices, float4 from, float4 to,
+LIB int castConvex(Shape shape, ItemForm form, ItemPose pose, QueryShapes q, float4 from, float4 to,
                    REF(float) fraction, REF(float4) normal) {
   CastSimplex s;
   s.count = 0;
@@ -229,11 +182,13 @@ LIB int castConvex(Shape shape, ItemPose pose, __global const float4* vertices, 
   float4 at = from, originNow = origin;
   float4 n = vec3(0.0f, 0.0f, 0.0f);
   float lambda = 0.0f;
-  float4 v = from - toWorldPoint(pose, origin, supportPoint(shape, vertices, toLocalDirection(pose, along)));
+  const float scale = form.scaling.x;
+  float4 v = from - toWorldPoint(pose, origin, supportPoint(shape, form, q, toLocalDirection(pose, along)) * scale);
   float distanceSqr = lengthSqr3(v);
   for (int i = 0; i < CAST_ITERATIONS && distanceSqr > CAST_NEAR_SQR; ++i) {
     const float4 ofRay = at;
-    const float4 ofShape = toWorldPoint(pose, originNow, supportPoint(shape, vertices, toLocalDirection(pose, v)));
+    const float4 ofShape =
+        toWorldPoint(pose, originNow, supportPoint(shape, form, q, toLocalDirection(pose, v)) * scale);
     const float4 w = ofRay - ofShape;
     const float ahead = dot3(v, w);
     if (lambda > 1.0f) return 0;
@@ -295,30 +250,22 @@ LIB int planeTriangle(float4 plane, float4 from, float4 to, float fraction) {
   return dot3(offset, p) >= dot3(offset, q) ? 0 : 1;
 }
 
-// ---- bounds
-
-// 1 / direction, and never infinity times zero.
-LIB float4 inverseDirection(float4 d) {
-  return vec3(d.x == 0.0f ? BTGPU_LARGE : 1.0f / d.x, d.y == 0.0f ? BTGPU_LARGE : 1.0f / d.y,
-              d.z == 0.0f ? BTGPU_LARGE : 1.0f / d.z);
-}
-// Where a ray enters a box, as a fraction of it; more than `limit` if it does not before that.
-LIB float enterAabb(Aabb box, float4 from, float4 inverse, float limit) {
-  const float4 a = scale3(box.lower - from, inverse), b = scale3(box.upper - from, inverse);
-  const float4 first = fmin(a, b), last = fmax(a, b);
-  const float enter = fmax(fmax(first.x, first.y), fmax(first.z, 0.0f));
-  const float leave = fmin(fmin(last.x, last.y), fmin(last.z, limit));
-  return enter <= leave ? enter : INFINITY;
-}
-
 // The box around a shape in its own axes that a ray has to meet to hit it: grown by the distance at which Bullet's cast
 // takes the surface for reached.
-LIB Aabb castBounds(Shape shape) {
-  const float grown = 1.01f * sqrt(CAST_NEAR_SQR) + (shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f);
-  float4 half_ = xyz(shape.extents);
+LIB Aabb castBounds(Shape shape, float scale) {
+  const float radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0.0f;
+  const float grown = 1.01f * sqrt(CAST_NEAR_SQR);
+  float4 half_ = xyz(shape.extents) + vec3(radius, radius, radius);
   if (shape.type == SHAPE_SPHERE) half_ = vec3(shape.extents.x, shape.extents.x, shape.extents.x);
-  half_ += vec3(grown, grown, grown);
-  const float4 centre = shape.type == SHAPE_HULL ? xyz(shape.centre) : vec3(0.0f, 0.0f, 0.0f);
+  if (shape.type == SHAPE_CYLINDER) {
+    // Of its two extents across the axis only one is its radius, which is more than Bullet's bounds have of the other.
+    const float across = shape.radius + shape.margin;
+    half_ = fmax(half_, vec3(shape.variant == 0 ? 0.0f : across, shape.variant == 1 ? 0.0f : across,
+                             shape.variant == 2 ? 0.0f : across));
+  }
+  half_ = half_ * fabs(scale) + vec3(grown, grown, grown);
+  const int isCentred = shape.type != SHAPE_HULL && shape.type != SHAPE_MULTI_SPHERE;
+  const float4 centre = isCentred ? vec3(0.0f, 0.0f, 0.0f) : xyz(shape.centre) * scale;
   Aabb box;
   box.lower = centre - half_;
   box.upper = centre + half_;
@@ -326,7 +273,7 @@ LIB Aabb castBounds(Shape shape) {
 }
 
 // A ray against one shape. 1 if it is hit before `best`: then `hit` has all but the object.
-LIB int castShape(Shape shape, ItemPose pose, __global const float4* vertices, Ray ray, uint isDouble, float best,
+LIB int castShape(Shape shape, ItemForm form, ItemPose pose, QueryShapes q, Ray ray, uint isDouble, float best,
                   REF(RayHit) hit) {
   const float4 from = toLocalDirection(pose, ray.from - originOf(pose));
   const float4 to = toLocalDirection(pose, ray.to - originOf(pose));
@@ -338,6 +285,10 @@ LIB int castShape(Shape shape, ItemPose pose, __global const float4* vertices, R
     hit->part = 0;
     hit->triangle = planeTriangle(shape.extents, from, to, fraction);
     normal = toWorldPoint(pose, vec3(0.0f, 0.0f, 0.0f), normal);
+  } else if (shape.type == SHAPE_MESH) {
+    fraction = best;
+    if (!castMesh(q.meshes[shape.firstVertex], form, q, from, to, ray.flags, &fraction, &normal, hit)) return 0;
+    normal = toWorldPoint(pose, vec3(0.0f, 0.0f, 0.0f), normal);
   } else if (isDouble) {
     // Only spheres: what Bullet comes to with other shapes there depends on bits that floats don't have.
     if (!castSphere(shape.extents.x, from, to, &fraction, &normal) || !(fraction <= best)) return 0;
@@ -345,11 +296,11 @@ LIB int castShape(Shape shape, ItemPose pose, __global const float4* vertices, R
   } else {
     // Of a box Bullet's cast finds simplices that are flat to the last bit, and then says hit for some rays that pass
     // it far by: so a box is asked even then.
-    if (shape.type != SHAPE_BOX &&
-        enterAabb(castBounds(shape), from, inverseDirection(to - from), best) > best) {
+    if (!isBoxToRays(shape) &&
+        enterAabb(castBounds(shape, form.scaling.x), from, inverseDirection(to - from), best) > best) {
       return 0;
     }
-    if (!castConvex(shape, pose, vertices, xyz(ray.from), xyz(ray.to), &fraction, &normal)) return 0;
+    if (!castConvex(shape, form, pose, q, xyz(ray.from), xyz(ray.to), &fraction, &normal)) return 0;
     if (!(fraction <= best)) return 0;
     normal = normalize3(normal);
   }
@@ -366,8 +317,7 @@ LIB int meetsChild(CompoundChild child, Ray ray) {
 }
 
 LIB int rayMayHit(Ray ray, BodyInfo info) {
-  return (info.filterGroup & ray.filterMask) != 0 && (ray.filterGroup & info.filterMask) != 0 &&
-         (uint)info.uniqueId != ray.ignored;
+  return mayMeet(ray.filterGroup, ray.filterMask, ray.ignored, info);
 }
 
 LIB RayHit noRayHit(void) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
+#define BTGPU_CURVED
 #include "../lib/closest_points.h"
 #include "../lib/kernel.h"
 

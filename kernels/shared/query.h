@@ -12,6 +12,7 @@ BTGPU_BEGIN
 #define RAY_FILTER_BACKFACES 1u
 #define RAY_KEEP_UNFLIPPED_NORMAL 2u
 #define RAY_GJK_CAST 8u    // the host's
+#define RAY_ALL_TRIANGLES 16u  // kF_DisableHeightfieldAccelerator: of a height field those that bodies collide with
 #define RAY_OFF 0x80000000u  // not finite, of no length, or the host's: meets nothing
 
 STRUCT(Ray) {
@@ -24,6 +25,20 @@ STRUCT(Ray) {
 // Item to world as Bullet has it: no quaternion, whose rounding would be another.
 STRUCT(ItemPose) {
   float4 row0, row1, row2;  // of the rotation; w: origin, relative to the region origin
+};
+
+// Bits of ItemForm.flags.
+#define FORM_HEIGHT_FIELD 1u   // a ray is told the cell of a height field, not its triangle
+#define FORM_OTHER_WINDING 2u  // and meets its triangles with their corners the other way round
+
+// What an item is besides a shape in a place: Bullet scales some shapes only as it asks what is inside of them.
+STRUCT(ItemForm) {
+  float4 scaling;  // of a convex shape, the same along each axis, or of a mesh; w = 0
+  uint child;      // index of a CompoundChild, or NO_INDEX
+  uint flags;      // FORM_*
+  // Of a multi-sphere: first of its spheres in the array of spheres, and their number.
+  // Before these is (scaling, margin); each is its centre, scaled, and w: its radius, not scaled.
+  int firstSphere, sphereCount;
 };
 
 STRUCT(RayHit) {
@@ -41,6 +56,26 @@ STRUCT(CompoundChild) {
   Aabb childAabb;      // in the compound's axes
   int child;           // its index, Bullet's m_triangleIndex
   int unused[3];
+};
+
+// A convex shape on its way from one place to another.
+STRUCT(Sweep) {
+  float4 from, to;      // length, relative to the region origin; w = 0
+  float4 orientation;   // quaternion at `from`
+  float4 turn;          // axis, times the angle by which it turns on its way; w: how far that moves a point of it at most
+  float4 lower, upper;  // bounds of the shape around its place, turning included; w = 0
+  int filterGroup, filterMask;
+  uint ignored;  // as Ray.ignored
+  int shape;     // -1: not finite, does not move, or the host's; meets nothing
+  float allowedPenetration;
+  uint unused[3];
+};
+
+STRUCT(SweepHit) {
+  float4 normal;  // unit, world axes, from what was hit; w: fraction of the way, 1 if nothing was hit
+  float4 point;   // on what was hit, relative to the region origin; w = 0
+  uint object;    // position in the world's array of collision objects, or NO_INDEX
+  uint unused[3];
 };
 
 // Two convex shapes or a plane, wherever they are.

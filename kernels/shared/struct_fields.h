@@ -101,6 +101,15 @@
     FIELD(Ray, ignored)                                                                                     \
   SIZE(ItemPose, 48)                                                                                        \
     FIELD(ItemPose, row0) FIELD(ItemPose, row1) FIELD(ItemPose, row2)                                       \
+  SIZE(ItemForm, 32)                                                                                        \
+    FIELD(ItemForm, scaling) FIELD(ItemForm, child) FIELD(ItemForm, flags) FIELD(ItemForm, firstSphere)     \
+    FIELD(ItemForm, sphereCount)                                                                            \
+  SIZE(Sweep, 128)                                                                                          \
+    FIELD(Sweep, from) FIELD(Sweep, to) FIELD(Sweep, orientation) FIELD(Sweep, turn) FIELD(Sweep, lower)    \
+    FIELD(Sweep, upper) FIELD(Sweep, filterGroup) FIELD(Sweep, filterMask) FIELD(Sweep, ignored)            \
+    FIELD(Sweep, shape) FIELD(Sweep, allowedPenetration) FIELD(Sweep, unused)                               \
+  SIZE(SweepHit, 48)                                                                                        \
+    FIELD(SweepHit, normal) FIELD(SweepHit, point) FIELD(SweepHit, object) FIELD(SweepHit, unused)          \
   SIZE(RayHit, 32)                                                                                          \
     FIELD(RayHit, normal) FIELD(RayHit, object) FIELD(RayHit, part) FIELD(RayHit, triangle)                 \
     FIELD(RayHit, unused)                                                                                   \

@@ -1,38 +1,22 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Batches of sweeps, held against btCollisionWorld::convexSweepTest, and of closest points, against Bullet's own GJK.
+// Batches of closest points, held against Bullet's own GJK.
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
 
+#include <cstdlib>
 #include <limits>
-#include <memory>
-#include <random>
 
-#include "tests/support/facade_world.h"
+#include "tests/support/shape_yard.h"
 
 namespace btgpu::test {
 namespace {
 
-btScalar s(double v) { return static_cast<btScalar>(v); }
-
-struct Random {
-  std::mt19937 engine{13};
-  btScalar uniform(double a, double b) { return s(std::uniform_real_distribution<double>(a, b)(engine)); }
-  btVector3 vector(double a) { return {uniform(-a, a), uniform(-a, a), uniform(-a, a)}; }
-  btTransform pose(double a) { return btTransform(btQuaternion(vector(1).normalized(), uniform(-3, 3)), vector(a)); }
-};
-
-btGpuSettings onDevice() {
-  btGpuSettings settings;
-  settings.m_smallBatch = 0;
-  return settings;
-}
-
 struct Heap {
   explicit Heap(const btGpuSettings& settings = onDevice()) : w(settings) {
     w.world.setGravity(btVector3(0, 0, 0));
-    for (int i = 0; i < 60; ++i) w.objects.add(1, shape(i % 4), random.pose(3.5));
+    for (int i = 0; i < 60; ++i) w.objects.add(1, shape(i % 4), random.pose(random.vector(3.5)));
   }
   btCollisionShape* shape(int kind) {
     if (kind == 0) return w.objects.sphere(random.uniform(0.3, 1));
@@ -47,8 +31,6 @@ struct Heap {
   GpuWorld w;
   Random random;
 };
-
-// ---- closest points
 
 // Bullet's own closest points of two convex shapes.
 btPointCollector bulletClosest(const btCollisionObject& a, const btCollisionObject& b) {
@@ -129,6 +111,96 @@ TEST(ClosestPoints, WithoutADevice) {
   expectBulletsClosest(settings, false);
 }
 
+// What contactPairTest says: the nearest of all points that the pair's algorithm finds.
+struct Nearest : btCollisionWorld::ContactResultCallback {
+  Nearest() { m_closestDistanceThreshold = 1000; }
+  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
+    if (!found || point.getDistance() < distance) distance = point.getDistance();
+    found = true;
+    return 0;
+  }
+  bool found = false;
+  btScalar distance = 0;
+};
+
+// How far two convex shapes are apart along a unit vector from B to A, by Bullet's own support functions: no more than
+// they are.
+double apartAlong(const btCollisionObject& a, const btCollisionObject& b, const btVector3& normal) {
+  const auto reach = [](const btCollisionObject& object, const btVector3& along) {
+    const auto& shape = static_cast<const btConvexShape&>(*object.getCollisionShape());
+    const btVector3 local = along * object.getWorldTransform().getBasis();
+    const btVector3 point = shape.localGetSupportingVertexWithoutMargin(local) + local * shape.getMargin();
+    return double(along.dot(object.getWorldTransform()(point)));
+  };
+  return -reach(a, -normal) - reach(b, normal);
+}
+
+// Curved shapes, points with a margin, and compounds, nested ones too, with each other and planes. Apart, the tolerance
+// is as above; inside, ours may be less deep, as the shortest way out is never the longer one, and compounds are as
+// deep as their deepest shapes.
+TEST(ClosestPoints, OfEveryShape) {
+  ShapeYard yard;
+  yard.w.objects.add(0, yard.w.objects.plane({0, 1, 0}, -5), {0, 0, 0});
+  const int kinds[] = {0, 1, 3, 5, 6, 7, 8, 15, 16, 18, 21, 22, 23, 24, 27};
+  for (const int kind : kinds) {
+    for (int i = 0; i < 2; ++i) {
+      btCollisionShape* shape = yard.shape(kind);
+      if (kind == 16) shape->setLocalScaling(btVector3(1, 1, 1));
+      yard.add(1, shape, yard.random.vector(2.5));
+    }
+  }
+  std::vector<btGpuClosestQuery> queries;
+  for (const btRigidBody* a : yard.w.objects.bodies()) {
+    for (const btRigidBody* b : yard.w.objects.bodies()) {
+      if (a == b) continue;
+      btGpuClosestQuery q;
+      q.m_objectA = a;
+      q.m_objectB = b;
+      queries.push_back(q);
+    }
+  }
+  std::vector<btGpuClosestPoints> answers;
+  yard.w.world.closestPointsBatch(queries, answers);
+  Differences d;
+  for (size_t i = 0; i < queries.size(); ++i) {
+    Nearest stock;
+    yard.w.world.contactPairTest(const_cast<btCollisionObject*>(queries[i].m_objectA),
+                                 const_cast<btCollisionObject*>(queries[i].m_objectB), stock);
+    if (!stock.found) continue;
+    ++d.pairs;
+    ASSERT_TRUE(answers[i].m_found) << i;
+    const double distance = double(stock.distance), off = double(answers[i].m_distance) - distance;
+    const double size = std::min(sizeOf(*queries[i].m_objectA), sizeOf(*queries[i].m_objectB));
+    const bool isApart = distance > 0;
+    isApart ? ++d.apart : ++d.inside;
+    const auto isConvex = [](const btCollisionObject* o) { return o->getCollisionShape()->isConvex(); };
+    // Stock's GJK ends early on curved shapes. Ours are that far apart if they are along our normal, and if our points
+    // are, which is looked at below.
+    const bool isProven = isConvex(queries[i].m_objectA) && isConvex(queries[i].m_objectB) &&
+                          apartAlong(*queries[i].m_objectA, *queries[i].m_objectB, answers[i].m_normalOnB) >
+                              double(answers[i].m_distance) - 1e-3 * distance - 1e-4;
+    if (isApart ? std::fabs(off) > 1e-3 * distance + 1e-4 && !isProven : off < -0.01 * size) {
+      isApart ? ++d.far : ++d.deeper;
+      if (std::getenv("BTGPU_TEST_VERBOSE")) {
+        printf("%s and %s: ours %f, stock's %f\n", queries[i].m_objectA->getCollisionShape()->getName(),
+               queries[i].m_objectB->getCollisionShape()->getName(), double(answers[i].m_distance), distance);
+      }
+    }
+    const btVector3 between = answers[i].m_pointOnA - answers[i].m_pointOnB;
+    const double along = double(between.dot(answers[i].m_normalOnB));
+    if (std::fabs(along - double(answers[i].m_distance)) > 1e-4 * (1 + std::fabs(distance))) ++d.loose;
+  }
+  printf("%d pairs, %d apart, %d inside, %d far, %d deeper, %d loose\n", d.pairs, d.apart, d.inside, d.far, d.deeper,
+         d.loose);
+  EXPECT_GT(d.apart, 300);
+  EXPECT_GT(d.inside, 50);
+  EXPECT_LE(d.far, d.apart / 100);
+  EXPECT_LE(d.deeper, d.inside / 100 + 1);
+  EXPECT_EQ(d.loose, 0);
+  EXPECT_EQ(yard.w.world.statistics().m_devicePairs, queries.size()) << reportText(yard.w.world);
+}
+
 TEST(ClosestPoints, OfKnownPairs) {
   GpuWorld w(onDevice());
   btRigidBody* left = w.objects.add(1, w.objects.sphere(1), {0, 0, 0});
@@ -136,7 +208,10 @@ TEST(ClosestPoints, OfKnownPairs) {
   btRigidBody* box = w.objects.add(1, w.objects.box({1, 1, 1}), {0, 5, 0});
   btRigidBody* plane = w.objects.add(0, w.objects.plane({0, 1, 0}, -3), {0, 0, 0});
   btRigidBody* plane2 = w.objects.add(0, w.objects.plane({1, 0, 0}, -30), {0, 0, 0});
-  btCylinderShape cylinder(btVector3(s(0.5), s(0.5), s(0.5)));
+  struct Own : btCylinderShape {
+    using btCylinderShape::btCylinderShape;
+  };
+  Own cylinder(btVector3(s(0.5), s(0.5), s(0.5)));
   btRigidBody* other = w.objects.add(1, &cylinder, {0, 0, 5});
   struct Case {
     const btCollisionObject *a, *b;
@@ -180,7 +255,7 @@ TEST(ClosestPoints, OfKnownPairs) {
     EXPECT_LT(length(answers[i].m_normalOnB - cases[i].normal), 2e-3) << "case " << i;
     EXPECT_LT(length(answers[i].m_pointOnB - cases[i].onB), 5e-3) << "case " << i;
   }
-  EXPECT_EQ(w.world.statistics().m_hostPairs, 1u) << "the cylinder's";
+  EXPECT_EQ(w.world.statistics().m_hostPairs, 1u) << "that of the application's own class";
   EXPECT_EQ(reported(w.world, "closest points").m_count, 1u) << reportText(w.world);
 
   const btScalar nan = std::numeric_limits<btScalar>::quiet_NaN();
@@ -199,62 +274,6 @@ TEST(ClosestPoints, OfKnownPairs) {
     EXPECT_FALSE(answers[i].m_found) << "query " << i << " makes no sense";
     EXPECT_EQ(answers[i].m_distance, btScalar(BT_LARGE_FLOAT)) << i;
   }
-}
-
-// ---- sweeps
-
-TEST(Sweeps, AsStock) {
-  Heap heap;
-  heap.w.objects.add(0, heap.w.objects.plane({0, 1, 0}, -8), {0, 0, 0});
-  heap.w.run(2);
-  Random random;
-  btSphereShape ball(s(0.4));
-  btBoxShape box(btVector3(s(0.5), s(0.2), s(0.3)));
-  std::vector<btGpuSweep> sweeps(800);
-  for (size_t i = 0; i < sweeps.size(); ++i) {
-    sweeps[i].m_shape = i % 2 ? static_cast<btConvexShape*>(&ball) : &box;
-    sweeps[i].m_from = random.pose(20);
-    sweeps[i].m_to = random.pose(8);
-    sweeps[i].m_collisionFilterMask = i % 5 ? -1 : 1;
-    if (i % 3 == 0) sweeps[i].m_ignoredObject = heap.bodies()[i % heap.bodies().size()];
-    if (i % 7 == 0) sweeps[i].m_allowedCcdPenetration = s(0.05);
-  }
-  std::vector<btGpuSweepHit> hits;
-  heap.w.world.convexSweepBatch(sweeps, hits);
-  struct Callback : btCollisionWorld::ClosestConvexResultCallback {
-    using ClosestConvexResultCallback::ClosestConvexResultCallback;
-    bool needsCollision(btBroadphaseProxy* proxy) const override {
-      return proxy->m_clientObject != ignored && ClosestConvexResultCallback::needsCollision(proxy);
-    }
-    const btCollisionObject* ignored = nullptr;
-  };
-  int hitCount = 0;
-  for (size_t i = 0; i < sweeps.size(); ++i) {
-    const btGpuSweep& sweep = sweeps[i];
-    Callback stock(sweep.m_from.getOrigin(), sweep.m_to.getOrigin());
-    stock.m_collisionFilterMask = sweep.m_collisionFilterMask;
-    stock.ignored = sweep.m_ignoredObject;
-    heap.w.world.convexSweepTest(sweep.m_shape, sweep.m_from, sweep.m_to, stock, sweep.m_allowedCcdPenetration);
-    ASSERT_EQ(hits[i].m_collisionObject, stock.m_hitCollisionObject) << i;
-    ASSERT_EQ(hits[i].m_closestHitFraction, stock.m_closestHitFraction) << i;
-    if (!stock.hasHit()) continue;
-    ++hitCount;
-    ASSERT_EQ(hits[i].m_hitNormalWorld, stock.m_hitNormalWorld) << i;
-    ASSERT_EQ(hits[i].m_hitPointWorld, stock.m_hitPointWorld) << i;
-  }
-  EXPECT_GT(hitCount, 200);
-}
-
-TEST(Sweeps, ThatMakeNoSense) {
-  Heap heap;
-  btSphereShape ball(1);
-  std::vector<btGpuSweep> sweeps(3);
-  sweeps[1].m_shape = &ball;
-  sweeps[2].m_shape = &ball;
-  sweeps[2].m_to.setOrigin(btVector3(std::numeric_limits<btScalar>::quiet_NaN(), 0, 0));
-  std::vector<btGpuSweepHit> hits;
-  heap.w.world.convexSweepBatch(sweeps, hits);
-  for (const auto& hit : hits) EXPECT_FALSE(hit.hasHit());
 }
 
 }  // namespace

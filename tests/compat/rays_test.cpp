@@ -2,39 +2,22 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Batches of rays, held against btCollisionWorld::rayTest of the same world: what the device casts has to be what stock
 // would have found just then.
-#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 
 #include <limits>
-#include <memory>
-#include <random>
 #include <set>
 
-#include "tests/support/facade_world.h"
+#include "tests/support/shape_yard.h"
 
 namespace btgpu::test {
 namespace {
 
-btScalar s(double v) { return static_cast<btScalar>(v); }
-
-// In a double world boxes, capsules and hulls are the host's.
+// In a double world all convex shapes but spheres are the host's.
 constexpr bool kFloat = sizeof(btScalar) == sizeof(float);
 constexpr double kTolerance = 1e-4;
 // The device's normals of spheres in a double world are exact; stock's are those of the step before its cast ended:
 // within 2.6 degrees, a cosine of 0.999.
 constexpr double kNormal = kFloat ? 1e-3 : 0.045;
-
-struct Random {
-  std::mt19937 engine{11};
-  btScalar uniform(double a, double b) { return s(std::uniform_real_distribution<double>(a, b)(engine)); }
-  btVector3 vector(double a) { return {uniform(-a, a), uniform(-a, a), uniform(-a, a)}; }
-};
-
-btGpuSettings onDevice() {
-  btGpuSettings settings;
-  settings.m_smallBatch = 0;
-  return settings;
-}
 
 // All that btCollisionWorld::rayTest says of the first hit.
 struct StockHit : btCollisionWorld::ClosestRayResultCallback {
@@ -56,75 +39,8 @@ struct StockHit : btCollisionWorld::ClosestRayResultCallback {
   int part = -1, triangle = -1;
 };
 
-struct Yard {
-  explicit Yard(const btGpuSettings& settings = onDevice()) : w(settings) {}
-
-  // Shapes of every kind that the device casts rays at, 4 units apart and turned; others only if asked for.
-  void fill(int count, bool withOthers) {
-    w.world.setGravity(btVector3(0, -10, 0));
-    add(0, w.objects.plane(btVector3(s(0.1), 1, 0).normalized(), s(-0.5)), btVector3(0, 0, 0));
-    for (int i = 0; i < count; ++i) {
-      const btVector3 at(s(4 * (i % 5)), s(2 + 3 * (i / 25)), s(4 * (i / 5 % 5)));
-      add(i % 4 == 0 ? 0 : 1, shape(withOthers ? i % 11 : i % 6), at);
-    }
-  }
-  btCollisionShape* shape(int kind) {
-    switch (kind) {
-      case 0:
-        return w.objects.sphere(random.uniform(0.3, 1));
-      case 1:
-        return w.objects.box({random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1)});
-      case 2:
-        return w.objects.capsule(random.uniform(0.2, 0.6), random.uniform(0.3, 1));
-      case 3:
-        return hull(8);
-      case 4:
-        return hull(40);
-      case 5:
-        return compound(w.objects.box({s(0.3), s(0.6), s(0.4)}));
-      case 6:
-        return keep(new btCylinderShape(btVector3(s(0.5), s(0.8), s(0.5))));
-      case 7:
-        return compound(keep(new btConeShape(s(0.5), 1)));
-      case 8:
-        return keep(new btConeShapeX(s(0.6), 1));
-      case 9:
-        return mesh();
-      default: {
-        auto* inner = compound(w.objects.sphere(s(0.5)));
-        return compound(inner);  // nested
-      }
-    }
-  }
-  btCollisionShape* hull(int points) {
-    std::vector<btVector3> p;
-    for (int i = 0; i < points; ++i) p.push_back(random.vector(1));
-    return w.objects.hull(p);
-  }
-  btCollisionShape* compound(btCollisionShape* child) {
-    auto* shape = static_cast<btCompoundShape*>(keep(new btCompoundShape));
-    for (int i = 0; i < 3; ++i) {
-      shape->addChildShape(
-          btTransform(btQuaternion(random.vector(1).normalized(), random.uniform(-3, 3)), random.vector(0.6)),
-          i == 1 ? w.objects.sphere(s(0.4)) : child);
-    }
-    return shape;
-  }
-  btCollisionShape* mesh() {
-    meshes.push_back(std::make_unique<btTriangleMesh>());
-    for (int i = 0; i < 12; ++i) meshes.back()->addTriangle(random.vector(1), random.vector(1), random.vector(1));
-    return keep(new btBvhTriangleMeshShape(meshes.back().get(), true));
-  }
-  btCollisionShape* keep(btCollisionShape* shape) {
-    shapes.emplace_back(shape);
-    return shape;
-  }
-  btRigidBody* add(btScalar mass, btCollisionShape* shape, const btVector3& at) {
-    const btTransform pose(btQuaternion(random.vector(1).normalized(), random.uniform(-3, 3)), at);
-    const bool isPlane = shape->getShapeType() == STATIC_PLANE_PROXYTYPE;
-    const bool isMesh = shape->isConcave();
-    return w.objects.add(isMesh ? s(0) : mass, shape, isPlane ? btTransform::getIdentity() : pose);
-  }
+struct Yard : ShapeYard {
+  using ShapeYard::ShapeYard;
 
   // Anything between and beyond the bodies: long, short, from inside, grazing, axis-parallel.
   std::vector<btGpuRay> rays(int count) {
@@ -181,11 +97,6 @@ struct Yard {
     EXPECT_LE(c.infos, ties) << what << ": parts and triangles";
     EXPECT_LE(c.turned, ties) << what << ": normals";
   }
-
-  GpuWorld w;
-  Random random;
-  std::vector<std::unique_ptr<btCollisionShape>> shapes;
-  std::vector<std::unique_ptr<btTriangleMesh>> meshes;
 };
 
 void expectOnDevice(Yard& yard) {
@@ -195,7 +106,7 @@ void expectOnDevice(Yard& yard) {
 
 TEST(Rays, ThroughMixedShapes) {
   Yard yard;
-  yard.fill(100, false);
+  yard.fill(100, Yard::kCommon);
   yard.expectSame(yard.rays(4000), "before the first step");
   for (int i = 0; i < 3; ++i) {
     yard.w.run(5);
@@ -208,13 +119,68 @@ TEST(Rays, ThroughMixedShapes) {
   }
 }
 
+TEST(Rays, ThroughEveryShapeOfTheDevice) {
+  Yard yard;
+  yard.fill(100, Yard::kOnDevice);
+  yard.expectSame(yard.rays(8000), "before the first step");
+  yard.w.run(5);
+  yard.expectSame(yard.rays(8000), "after steps");
+  expectOnDevice(yard);
+  for (const auto& f : yard.w.world.fallbackReport()) {
+    if (!kFloat) break;
+    EXPECT_EQ(f.m_reason.find("batched"), std::string::npos) << f.m_what << ": " << f.m_reason;
+  }
+}
+
+// One kind at a time, so that a rare difference in one of them does not hide among all the others.
+TEST(Rays, AtEachKind) {
+  for (int kind = 0; kind < Yard::kAll; ++kind) {
+    Yard yard;
+    for (int i = 0; i < 20; ++i) yard.add(0, yard.shape(kind), btVector3(s(4 * (i % 5)), s(2), s(4 * (i / 5))));
+    std::vector<btGpuRay> rays(4000);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const btVector3 middle(s(4 * double(i % 5)), 2, s(4 * double(i / 5 % 4)));
+      rays[i].m_from = middle + yard.random.vector(i % 7 == 0 ? 0.5 : 5);
+      rays[i].m_to = middle + yard.random.vector(i % 5 == 0 ? 4 : 1);
+      if (i % 2) rays[i].m_to += rays[i].m_to - rays[i].m_from;
+      rays[i].m_flags = static_cast<unsigned>(i % 11 % 4) | (i % 6 == 0 ? 16u : 0u);
+    }
+    yard.expectSame(rays, ("kind " + std::to_string(kind)).c_str());
+    EXPECT_TRUE(!kFloat || yard.w.world.fallbackReport().empty() == (kind < Yard::kOnDevice)) << kind;
+  }
+}
+
 TEST(Rays, ThroughShapesOfTheHost) {
   Yard yard;
-  yard.fill(100, true);
+  yard.fill(100, Yard::kAll);
   yard.w.run(3);
-  yard.expectSame(yard.rays(6000), "with cylinders, cones, meshes and nested compounds");
+  yard.expectSame(yard.rays(6000), "with nested compounds and height fields in diamonds");
   expectOnDevice(yard);
-  EXPECT_GT(reported(yard.w.world, "CylinderY shape").m_count, 0u) << reportText(yard.w.world);
+  EXPECT_GT(reported(yard.w.world, "Compound shape").m_count, 0u) << reportText(yard.w.world);
+  EXPECT_GT(reported(yard.w.world, "HEIGHTFIELD shape").m_count, 0u) << reportText(yard.w.world);
+}
+
+// Corners that the application moves are seen by the next batch.
+TEST(Rays, AtAMeshThatChanges) {
+  Yard yard;
+  auto* shape = static_cast<btBvhTriangleMeshShape*>(yard.mesh(true));
+  yard.add(0, shape, {8, 4, 8});
+  std::vector<btGpuRay> rays(2000);
+  for (btGpuRay& ray : rays) {
+    ray.m_from = btVector3(8, 4, 8) + yard.random.vector(5);
+    ray.m_to = btVector3(8, 4, 8) + yard.random.vector(1);
+    ray.m_to += ray.m_to - ray.m_from;
+  }
+  yard.expectSame(rays, "before");
+  unsigned char *vertices, *indices;
+  int count, stride, indexStride, faces;
+  PHY_ScalarType type, indexType;
+  shape->getMeshInterface()->getLockedVertexIndexBase(&vertices, count, type, stride, &indices, indexStride, faces,
+                                                      indexType);
+  // Within the bounds that Bullet's own tree has.
+  for (int i = 0; i < count; i += 2) reinterpret_cast<btScalar*>(vertices + i * stride)[1] *= s(-0.5);
+  shape->partialRefitTree(btVector3(-2, -2, -2), btVector3(2, 2, 2));
+  yard.expectSame(rays, "after");
 }
 
 TEST(Rays, WhereNothingIs) {
@@ -232,7 +198,7 @@ TEST(Rays, WhereNothingIs) {
 
 TEST(Rays, OfNoLengthOrNotFinite) {
   Yard yard;
-  yard.fill(50, true);
+  yard.fill(50, Yard::kAll);
   yard.w.run(1);
   const btScalar nan = std::numeric_limits<btScalar>::quiet_NaN(), inf = std::numeric_limits<btScalar>::infinity();
   std::vector<btGpuRay> rays = yard.rays(8);
@@ -256,7 +222,7 @@ TEST(Rays, OfNoLengthOrNotFinite) {
 
 TEST(Rays, FiltersFlagsAndIgnoredObjects) {
   Yard yard;
-  yard.fill(100, true);
+  yard.fill(100, Yard::kAll);
   const auto& bodies = yard.w.objects.bodies();
   for (size_t i = 0; i < bodies.size(); ++i) {
     btBroadphaseProxy* proxy = bodies[i]->getBroadphaseHandle();
@@ -267,7 +233,8 @@ TEST(Rays, FiltersFlagsAndIgnoredObjects) {
   for (size_t i = 0; i < rays.size(); ++i) {
     rays[i].m_collisionFilterGroup = 1 + static_cast<int>(i % 3);
     rays[i].m_collisionFilterMask = i % 2 ? 5 : -1;
-    rays[i].m_flags = static_cast<unsigned>(i % 4);  // FilterBackfaces, KeepUnflippedNormal
+    // FilterBackfaces, KeepUnflippedNormal; DisableHeightfieldAccelerator
+    rays[i].m_flags = static_cast<unsigned>(i % 4) | (i % 5 == 0 ? 16u : 0u);
     if (i % 3 == 0) rays[i].m_ignoredObject = bodies[i % bodies.size()];
   }
   yard.expectSame(rays, "filters");
@@ -293,7 +260,7 @@ TEST(Rays, FiltersFlagsAndIgnoredObjects) {
 
 TEST(Rays, ByGjkAreTheHosts) {
   Yard yard;
-  yard.fill(50, false);
+  yard.fill(50, Yard::kCommon);
   std::vector<btGpuRay> rays = yard.rays(500);
   for (size_t i = 0; i < rays.size(); i += 2) rays[i].m_flags = btTriangleRaycastCallback::kF_UseGjkConvexCastRaytest;
   yard.expectSame(rays, "GJK casts");
@@ -303,7 +270,7 @@ TEST(Rays, ByGjkAreTheHosts) {
 
 TEST(Rays, AfterChangesByHand) {
   Yard yard;
-  yard.fill(100, true);
+  yard.fill(100, Yard::kAll);
   yard.w.run(2);
   yard.expectSame(yard.rays(2000), "before");
   const auto& bodies = yard.w.objects.bodies();
@@ -345,7 +312,7 @@ TEST(Rays, InTickCallbacks) {
   };
   for (const bool pre : {false, true}) {
     Yard yard;
-    yard.fill(75, true);
+    yard.fill(75, Yard::kAll);
     Asking asking{&yard};
     yard.w.world.setInternalTickCallback(Asking::tick, &asking, pre);
     yard.w.run(4);
@@ -359,7 +326,7 @@ TEST(Rays, WithoutHostQueries) {
   btGpuSettings settings = onDevice();
   settings.m_hostQueries = false;
   Yard yard(settings);
-  yard.fill(75, false);
+  yard.fill(75, Yard::kCommon);
   yard.w.run(20);
   const auto rays = yard.rays(3000);
   std::vector<btGpuRayHit> hits;
@@ -382,7 +349,7 @@ TEST(Rays, WithoutADevice) {
     if (way == 0) settings.m_stockOnly = true;
     if (way == 1) settings.m_smallBatch = 1000000;
     Yard yard(settings);
-    yard.fill(75, true);
+    yard.fill(75, Yard::kAll);
     yard.w.run(3);
     yard.expectSame(yard.rays(3000), "on the CPU");
     EXPECT_EQ(yard.w.world.statistics().m_deviceRays, 0u);
@@ -392,7 +359,7 @@ TEST(Rays, WithoutADevice) {
 
 TEST(Rays, AreTheSameEachTime) {
   Yard yard;
-  yard.fill(100, true);
+  yard.fill(100, Yard::kAll);
   yard.w.run(3);
   const auto rays = yard.rays(5000);
   std::vector<btGpuRayHit> first, again;

@@ -30,6 +30,10 @@ class RecordingEngine : public Engine {
   Status castRays(const QueryWorld& world, const Ray* rays, size_t count, RayResults& results) noexcept override {
     return m_engine->castRays(world, rays, count, results);
   }
+  Status castSweeps(const QueryWorld& world, const Sweep* sweeps, size_t count,
+                    SweepResults& results) noexcept override {
+    return m_engine->castSweeps(world, sweeps, count, results);
+  }
   Status closestPoints(const QueryWorld& world, const std::vector<ClosestQuery>& queries,
                        std::vector<ClosestAnswer>& answers) noexcept override {
     return m_engine->closestPoints(world, queries, answers);
