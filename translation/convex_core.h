@@ -11,6 +11,9 @@
 
 BTGPU_TRANSLATION_BEGIN
 
+// Shape::boundsMargins of a convex shape.
+int boundsMargins(const btCollisionShape& shape);
+
 // Cylinders and cones, also scaled ones: type and measures of the core, and the bounds; the margin is the caller's.
 // False for all other shapes.
 bool readRoundShape(const btCollisionShape& shape, Shape& out);

@@ -113,6 +113,7 @@ Shape placedShape(const btCollisionShape& shape, const CorePoints& core, const S
   if (!core.radii.empty()) out.vertexCount -= 1;  // the last one is how they are stretched
   out.margin = static_cast<float>(core.margin);
   out.variant = hullVariant(shape, core);
+  out.boundsMargins = boundsMargins(shape);
   readBounds(shape, out);
   return out;
 }
