@@ -110,7 +110,7 @@ struct Expectations {
   // What the CPU does inside the device's steps, by the names of btGpuDynamicsWorld::fallbackReport().
   std::vector<std::string> cpuShares = {};
   // Few bodies, each of which comes to rest by itself, on one of its sides, in one of the hollows: the mean of their
-  // heights may differ as means of so many independent ones do.
+  // heights may differ as means of so many independent ones do, and rare events are few enough for chance to count.
   bool scattered = false;
 };
 

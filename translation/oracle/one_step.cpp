@@ -528,8 +528,11 @@ void OneStepCheck::compareOrders(const std::vector<BodyState>& predicted) {
   for (size_t i = 0; i < ours.size(); ++i) {
     if (difference(ours[i], forward[i]) <= kSameVelocity) ours[i] = forward[i];
   }
-  m_ourDistance += velocityDistance(m_oracle, ours, exact);
-  m_stockDistance += velocityDistance(m_oracle, forward, exact);
+  const double ourDistance = velocityDistance(m_oracle, ours, exact);
+  const double stockDistance = velocityDistance(m_oracle, forward, exact);
+  m_ourDistance += ourDistance;
+  m_stockDistance += stockDistance;
+  m_distanceSpread.add(ourDistance, stockDistance);
   m_reversedDistance += velocityDistance(m_oracle, reversed, exact);
 }
 
@@ -617,8 +620,10 @@ std::vector<Check> OneStepCheck::checks() const {
       ofShare("sleep.state", m_sleep),
   };
   if (m_stockDistance > 0) {
-    checks.push_back(ofOrder("solver.distance_to_converged", ratio(m_ourDistance, m_stockDistance),
-                             ratio(m_reversedDistance, m_stockDistance)));
+    Check distance = ofOrder("solver.distance_to_converged", ratio(m_ourDistance, m_stockDistance),
+                             ratio(m_reversedDistance, m_stockDistance));
+    if (m_limits == Limits::WithChance) distance.limit += 3 * m_distanceSpread.standardError();
+    checks.push_back(distance);
   }
   return checks;
 }

@@ -166,7 +166,7 @@ class OneStepCheck {
   double m_addedEnergy = 0, m_enteringEnergy = 0;
   int m_steps = 0;
   Residual m_ourResidual, m_stockResidual;  // all steps
-  RatioSpread m_residualSpread;
+  RatioSpread m_residualSpread, m_distanceSpread;
   Residual m_ourLast, m_stockLast;                 // the last step
   Residual m_forwardResidual, m_reversedResidual;  // stock in both orders, in the steps where both were run
   double m_ourDistance = 0, m_stockDistance = 0, m_reversedDistance = 0;
