@@ -211,13 +211,22 @@ const btConvexShape& innermostShape(const btConvexShape& shape, btScalar& scale)
   return shape;
 }
 
+int boundsMargins(const btCollisionShape& shape) {
+  if (isExactly<btUniformScalingShape>(shape)) return 1;
+  if (isExactly<btConvex2dShape>(shape)) {
+    return boundsMargins(*static_cast<const btConvex2dShape&>(shape).getChildShape());
+  }
+  // btConvexInternalShape::getAabbSlow adds the margin to points that have it already.
+  const bool slow = isExactly<btConeShape, btConeShapeX, btConeShapeZ, btTriangleShape, btMinkowskiSumShape>(shape);
+  return slow ? 2 : 0;
+}
+
 bool readRoundShape(const btCollisionShape& shape, Shape& out) {
   if (!shape.isConvex()) return false;
   btScalar scale = 1;
   const btConvexShape& inner = innermostShape(static_cast<const btConvexShape&>(shape), scale);
   if (!readRound(inner, scale, out)) return false;
-  // Bullet's own bounds of a cylinder are those of the box around it; of a cone they depend on the pose, and stage 20
-  // finds them.
+  out.boundsMargins = boundsMargins(shape);
   btVector3 lower, upper;
   shape.getAabb(btTransform::getIdentity(), lower, upper);
   out.extents = toFloat4((upper - lower) * btScalar(0.5));

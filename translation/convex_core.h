@@ -15,6 +15,9 @@ BTGPU_TRANSLATION_BEGIN
 // The shape that a uniformly scaled or a flat one is made of; the factor is multiplied into `scale`.
 const btConvexShape& innermostShape(const btConvexShape& shape, btScalar& scale);
 
+// Shape::boundsMargins of a convex shape.
+int boundsMargins(const btCollisionShape& shape);
+
 // Cylinders and cones, also scaled ones: type and measures of the core, and the bounds; the margin is the caller's.
 // False for all other shapes.
 bool readRoundShape(const btCollisionShape& shape, Shape& out);

@@ -124,6 +124,8 @@ Shape placedShape(const btCollisionShape& shape, const CorePoints& core, const S
   if (!core.radii.empty()) out.vertexCount -= 1;  // the last one is how they are stretched
   out.margin = static_cast<float>(core.margin);
   out.variant = hullVariant(shape, core);
+  // The bounds of a sum's terms are not worth the search: Bullet's are a little tighter than the box around it.
+  out.boundsMargins = out.type == SHAPE_SUM ? 0 : boundsMargins(shape);
   readBounds(shape, out);
   return out;
 }

@@ -8,13 +8,13 @@ namespace {
 
 class HostUpdateAabbs : public HostStage {
  public:
-  HostUpdateAabbs() : HostStage("20_update_aabbs") {}
+  HostUpdateAabbs() : HostStage("20_update_aabbs", {"hull vertices"}) {}
 
   void compute(StageIo& io) override {
     DeviceWorld& w = io.world;
-    m_expected = updateAabbsReference(io.params(), io.readBodies(w.infos), io.read(w.shapes), io.readBodies(w.poses),
-                                      io.readBodies(w.steps), io.readBodies(w.activations), io.readBodies(w.oldAabbs),
-                                      io.readBodies(w.hostAabbs));
+    m_expected = updateAabbsReference(io.params(), io.readBodies(w.infos), io.read(w.shapes), io.read(w.hullVertices),
+                                      io.readBodies(w.poses), io.readBodies(w.steps), io.readBodies(w.activations),
+                                      io.readBodies(w.oldAabbs), io.readBodies(w.hostAabbs));
     m_expected.outOfBounds += io.counters().outOfBounds;
   }
   void store(StageIo& io) override {

@@ -6,56 +6,20 @@
 #include <cmath>
 #include <limits>
 
-#include "reference_maths.h"
+#include "shape_bounds.h"
 
 namespace btgpu {
 namespace {
 
 using namespace reference;
 
-constexpr double kPlaneExtent = 1e18;    // BT_LARGE_FLOAT, btStaticPlaneShape::getAabb
 constexpr double kLargestMoving = 1e12;  // squared diagonal, btCollisionWorld::updateSingleAabb
 
-struct Box {
-  Vec lower, upper;
-};
-
-Box boundsOf(const Shape& shape, float4 position, float4 orientation, double threshold) {
-  Vec centre = toVec(position), reach;
-  if (shape.type == SHAPE_PLANE) {
-    centre = {};
-    reach = {kPlaneExtent, kPlaneExtent, kPlaneExtent};
-  } else if (shape.type == SHAPE_SPHERE) {
-    reach = {shape.extents.x, shape.extents.x, shape.extents.x};
-  } else if (shape.type == SHAPE_CONE) {
-    // Farthest along each axis: the tip, or the point of the rim that leans that way.
-    const Matrix r = rotationOf(orientation);
-    const Vec up = r.column(shape.variant), tip = up * double(shape.halfLength);
-    Vec lower, upper;
-    for (int k = 0; k < 3; ++k) {
-      const double rim = shape.radius * std::hypot(up[(k + 1) % 3], up[(k + 2) % 3]);
-      upper[k] = std::max(tip[k], rim - tip[k]) + shape.margin;
-      lower[k] = std::min(tip[k], -rim - tip[k]) - shape.margin;
-    }
-    centre = centre + (upper + lower) * 0.5;
-    reach = (upper - lower) * 0.5;
-  } else {
-    const Matrix r = rotationOf(orientation);
-    // btCapsuleShape::getAabb bounds the box around the capsule, not the capsule.
-    const double radius = shape.type == SHAPE_CAPSULE ? shape.margin : 0;
-    const Vec half = toVec(shape.extents) + Vec{radius, radius, radius};
-    if (shape.type == SHAPE_HULL || shape.type == SHAPE_MULTI_SPHERE || shape.type == SHAPE_SUM ||
-        shape.type == SHAPE_COMPOUND || shape.type == SHAPE_MESH) {
-      centre = centre + r * toVec(shape.centre);
-    }
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec p =
-          r * Vec{corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y, corner & 4 ? half.z : -half.z};
-      reach = {std::max(reach.x, p.x), std::max(reach.y, p.y), std::max(reach.z, p.z)};
-    }
-  }
+Bounds boundsOf(const Shape& shape, float4 position, float4 orientation, double threshold,
+                const std::vector<float4>& vertices) {
+  const Bounds box = shapeBounds(shape, toVec(position), rotationOf(orientation), vertices);
   const Vec by{threshold, threshold, threshold};
-  return {centre - reach - by, centre + reach + by};
+  return {box.lower - by, box.upper + by};
 }
 
 Aabb noAabb() {
@@ -74,12 +38,13 @@ bool isActive(int state) {
 }
 
 // btCollisionWorld::updateSingleAabb, without the update of the broadphase.
-Box wantedBounds(const StepParams& params, const BodyInfo& body, const Shape& shape, const BodyPose& pose,
-                 const BodyStep& step) {
-  Box box = boundsOf(shape, pose.position, pose.orientation, params.contactThreshold);
+Bounds wantedBounds(const StepParams& params, const BodyInfo& body, const Shape& shape, const BodyPose& pose,
+                    const BodyStep& step, const std::vector<float4>& vertices) {
+  Bounds box = boundsOf(shape, pose.position, pose.orientation, params.contactThreshold, vertices);
   const bool moves = (body.flags & BODY_RIGID) && !(body.flags & (BODY_STATIC | BODY_KINEMATIC));
   if (!(params.flags & STEP_USE_CONTINUOUS) || !moves) return box;
-  const Box next = boundsOf(shape, step.predictedPosition, step.predictedOrientation, params.contactThreshold);
+  const Bounds next =
+      boundsOf(shape, step.predictedPosition, step.predictedOrientation, params.contactThreshold, vertices);
   for (int k = 0; k < 3; ++k) {
     box.lower[k] = std::min(box.lower[k], next.lower[k]);
     box.upper[k] = std::max(box.upper[k], next.upper[k]);
@@ -90,9 +55,10 @@ Box wantedBounds(const StepParams& params, const BodyInfo& body, const Shape& sh
 }  // namespace
 
 UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
-                                  const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
-                                  const std::vector<BodyStep>& steps, const std::vector<BodyActivation>& activations,
-                                  const std::vector<Aabb>& oldAabbs, const std::vector<Aabb>& hostAabbs) {
+                                  const std::vector<Shape>& shapes, const std::vector<float4>& hullVertices,
+                                  const std::vector<BodyPose>& poses, const std::vector<BodyStep>& steps,
+                                  const std::vector<BodyActivation>& activations, const std::vector<Aabb>& oldAabbs,
+                                  const std::vector<Aabb>& hostAabbs) {
   UpdatedAabbs out;
   out.aabbs.assign(infos.size(), noAabb());
   out.activations = activations;
@@ -106,7 +72,7 @@ UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<Bo
     // btCollisionWorld::updateAabbs leaves inactive bodies alone unless told to update all.
     const bool skipped = !(params.flags & STEP_FORCE_ALL_AABBS) && !isActive(activations[i].state);
     const Shape& shape = shapes[static_cast<size_t>(infos[i].shapeIndex)];
-    const Box box = wantedBounds(params, infos[i], shape, poses[i], steps[i]);
+    const Bounds box = wantedBounds(params, infos[i], shape, poses[i], steps[i], hullVertices);
     const Vec diagonal = box.upper - box.lower;
     const bool inBounds = (infos[i].flags & (BODY_STATIC | BODY_CHILD)) || dot(diagonal, diagonal) < kLargestMoving;
     if (!skipped && !inBounds) {

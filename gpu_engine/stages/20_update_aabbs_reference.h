@@ -20,11 +20,13 @@ struct UpdatedAabbs {
   uint outOfBounds = 0;                     // bodies disabled because their AABB is too large
 };
 
-// All arrays but `shapes` are indexed by body. An old AABB with lower.x > upper.x says that there is none.
+// All arrays but `shapes` and `hullVertices` are indexed by body. An old AABB with lower.x > upper.x says that there is
+// none.
 UpdatedAabbs updateAabbsReference(const StepParams& params, const std::vector<BodyInfo>& infos,
-                                  const std::vector<Shape>& shapes, const std::vector<BodyPose>& poses,
-                                  const std::vector<BodyStep>& steps, const std::vector<BodyActivation>& activations,
-                                  const std::vector<Aabb>& oldAabbs, const std::vector<Aabb>& hostAabbs = {});
+                                  const std::vector<Shape>& shapes, const std::vector<float4>& hullVertices,
+                                  const std::vector<BodyPose>& poses, const std::vector<BodyStep>& steps,
+                                  const std::vector<BodyActivation>& activations, const std::vector<Aabb>& oldAabbs,
+                                  const std::vector<Aabb>& hostAabbs = {});
 
 void checkUpdatedAabbs(Contract& contract, const UpdatedAabbs& device, const UpdatedAabbs& expected);
 

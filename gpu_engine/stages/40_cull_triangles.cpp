@@ -34,13 +34,13 @@ void CullTriangles::enqueue(Queue& queue, DeviceWorld& world) {
   m_total.resize(queue, 1);
   m_countSearches.launch(queue, {1, 1}, w.counters, w.bucketFirst, w.triangleGroups, m_searchCount);
   m_countTriangles.launch(queue, grid, m_searchCount, static_cast<uint>(searches), w.triangleGroups, w.bucketFirst,
-                          w.items, w.pairs, w.infos, w.shapes, w.poses, w.meshes, w.meshParts, w.meshNodes,
-                          w.meshTriangles, w.triangleFound, m_kept);
+                          w.items, w.pairs, w.infos, w.shapes, w.hullVertices, w.poses, w.meshes, w.meshParts,
+                          w.meshNodes, w.meshTriangles, w.triangleFound, m_kept);
   m_scan.exclusive(queue, {searches, &m_searchCount}, w.triangleFound, w.triangleFirst, m_total);
   m_emitTriangles.launch(queue, grid, m_searchCount, static_cast<uint>(searches), w.triangleGroups,
                          static_cast<uint>(w.capacities.triangleHits), m_total, w.bucketFirst, w.items, w.pairs,
-                         w.infos, w.shapes, w.poses, w.meshes, w.meshParts, w.meshNodes, w.meshTriangles,
-                         w.triangleFound, w.triangleFirst, m_kept, w.counters, w.triangleHits);
+                         w.infos, w.shapes, w.hullVertices, w.poses, w.meshes, w.meshParts, w.meshNodes,
+                         w.meshTriangles, w.triangleFound, w.triangleFirst, m_kept, w.counters, w.triangleHits);
 }
 
 }  // namespace btgpu

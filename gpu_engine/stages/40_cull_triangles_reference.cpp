@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "40_cull_triangles_reference.h"
 
+#include "shape_bounds.h"
+
 namespace btgpu {
 namespace {
 
@@ -9,30 +11,23 @@ using namespace reference;
 
 constexpr double kRounding = 1e-5;
 
-struct Bounds {
-  Vec lower, upper;
+// Of shape A in B's axes: Bullet's getAabb of the relative transform, grown by the mesh's margin.
+struct BoundsInMesh : Bounds {
   double error;
 };
 
-// Of shape A in B's axes: Bullet's getAabb of the relative transform, grown by the mesh's margin.
-Bounds boundsInMesh(const TriangleInput& in, const Pair& p) {
+BoundsInMesh boundsInMesh(const TriangleInput& in, const Pair& p) {
   const Shape &a = in.arrays.shapeOf(p.bodyA), &b = in.arrays.shapeOf(p.bodyB);
   const Matrix toMesh = transposed(rotationOf(in.arrays.poses[p.bodyB].orientation));
   const Matrix turn = toMesh * rotationOf(in.arrays.poses[p.bodyA].orientation);
-  Vec half = toVec(a.extents), centre = toMesh * -in.arrays.bFromA(p);
-  if (a.type == SHAPE_CAPSULE) half = half + Vec{a.margin, a.margin, a.margin};
-  if (a.type == SHAPE_HULL) centre = centre + turn * toVec(a.centre);
-  Vec reach;
-  for (int k = 0; k < 3; ++k) {
-    for (int j = 0; j < 3; ++j) reach[k] += std::fabs(turn(k, j)) * half[j];
-    if (a.type == SHAPE_SPHERE) reach[k] = a.extents.x;
-    reach[k] += b.margin;
-  }
-  return {centre - reach, centre + reach, kRounding * (length(centre) + length(reach))};
+  const Vec centre = toMesh * -in.arrays.bFromA(p);
+  const Bounds box = shapeBounds(a, centre, turn, in.arrays.hulls.vertices);
+  const Vec by{b.margin, b.margin, b.margin};
+  return {{box.lower - by, box.upper + by}, kRounding * (length(centre) + length(box.upper - box.lower))};
 }
 
 // How far the two boxes are apart along the axis where they are most; negative: overlap.
-double gapTo(const Bounds& box, const MeshTriangle& t) {
+double gapTo(const BoundsInMesh& box, const MeshTriangle& t) {
   const Vec a = toVec(t.a), b = toVec(t.b), c = toVec(t.c);
   double gap = -INFINITY;
   for (int k = 0; k < 3; ++k) {
@@ -47,7 +42,7 @@ double gapTo(const Bounds& box, const MeshTriangle& t) {
 TriangleHits cullTrianglesReference(const TriangleInput& in) {
   TriangleHits out{1, {}, {}, {}};
   for (uint k = 0; k < in.pairCount(); ++k) {
-    const Bounds box = boundsInMesh(in, in.pair(k));
+    const BoundsInMesh box = boundsInMesh(in, in.pair(k));
     const auto first = static_cast<uint>(in.meshOf(k).firstTriangle);
     out.first.push_back(static_cast<uint>(out.hits.size()));
     for (uint t = first; t < first + static_cast<uint>(in.meshOf(k).triangleCount); ++t) {
@@ -69,7 +64,7 @@ void checkTriangleHits(Contract& contract, const TriangleInput& in, const Triang
     size_t end = at;
     for (uint group = 0; group < device.groups; ++group) end += device.found[search + group];
     contract.require(end <= device.hits.size(), "no more triangles than there are");
-    const Bounds box = boundsInMesh(in, p);
+    const BoundsInMesh box = boundsInMesh(in, p);
     const auto first = static_cast<uint>(in.meshOf(k).firstTriangle);
     for (uint t = first; t < first + static_cast<uint>(in.meshOf(k).triangleCount) && contract.ok(); ++t) {
       const double gap = gapTo(box, in.meshes.triangles[t]);

@@ -14,7 +14,51 @@ BTGPU_BEGIN
 #define MORTON_BITS 16               // per axis
 #define PAIR_SORT_STATIC_BIT (3 * MORTON_BITS)  // static bodies sort behind all others
 
-LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
+// Of a body whose size along each axis is `reach`, about a point.
+LIB Aabb aabbAround(float4 point, float4 reach) {
+  Aabb box;
+  box.lower = point - reach;
+  box.upper = point + reach;
+  return box;
+}
+
+LIB Aabb mergeAabb(Aabb a, Aabb b) {
+  Aabb m;
+  m.lower = fmin(a.lower, b.lower);
+  m.upper = fmax(a.upper, b.upper);
+  return m;
+}
+
+// Of a circle around a unit axis. Not the root of 1 - up.y^2, of which nothing is left where it stands.
+LIB float4 circleReach(float4 up, float radius) {
+  return vec3(sqrt(up.y * up.y + up.z * up.z), sqrt(up.x * up.x + up.z * up.z), sqrt(up.x * up.x + up.y * up.y)) *
+         radius;
+}
+
+// How far a shape without its margin, turned but not moved, reaches along the axes: btUniformScalingShape::getAabb and
+// btConvexInternalShape::getAabbSlow ask for its farthest points. `vertices`: those of all hulls.
+LIB Aabb coreAabb(Shape shape, Matrix3 r, __global const float4* vertices) {
+  if (shape.type == SHAPE_CYLINDER || shape.type == SHAPE_CONE) {
+    const float4 up = matrixColumn(r, shape.variant), end = up * shape.halfLength;
+    const float4 rim = circleReach(up, shape.radius), none = vec3(0.0f, 0.0f, 0.0f);
+    return mergeAabb(aabbAround(end, shape.type == SHAPE_CONE ? none : rim), aabbAround(-end, rim));
+  }
+  const int spheres = shape.type == SHAPE_MULTI_SPHERE;
+  float4 stretched = vec3(0.0f, 0.0f, 0.0f);  // of a sphere of radius 1
+  if (spheres) {
+    const float4 s = vertices[shape.firstVertex + shape.vertexCount];
+    stretched = vec3(length3(scale3(s, r.row0)), length3(scale3(s, r.row1)), length3(scale3(s, r.row2)));
+  }
+  Aabb box;
+  for (int i = 0; i < shape.vertexCount; ++i) {
+    const float4 v = vertices[shape.firstVertex + i];
+    const Aabb of = aabbAround(mulMatrix(r, xyz(v)), spheres ? stretched * v.w : stretched);
+    box = i == 0 ? of : mergeAabb(box, of);
+  }
+  return box;
+}
+
+LIB Aabb shapeAabb(Shape shape, BodyPose pose, __global const float4* vertices) {
   float4 extent = vec3(BTGPU_LARGE, BTGPU_LARGE, BTGPU_LARGE);
   float4 centre = pose.position;
   if (shape.type == SHAPE_SPHERE) {
@@ -23,17 +67,12 @@ LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     extent =
         vec3(dot3(abs3(r.row0), shape.extents), dot3(abs3(r.row1), shape.extents), dot3(abs3(r.row2), shape.extents));
-  } else if (shape.type == SHAPE_CONE) {
-    // btConvexInternalShape::getAabbSlow: of the tip and the rim of the base.
-    const Matrix3 r = matrixFromQuaternion(pose.orientation);
-    const float4 up = matrixColumn(r, shape.variant), tip = up * shape.halfLength;
-    // Not the root of 1 - up.y^2, of which nothing is left where the cone stands.
-    const float4 rim = vec3(sqrt(up.y * up.y + up.z * up.z), sqrt(up.x * up.x + up.z * up.z),
-                            sqrt(up.x * up.x + up.y * up.y)) * shape.radius;
-    const float4 upper = fmax(tip, rim - tip), lower = fmin(tip, -rim - tip);
-    const float m = shape.margin;
-    extent = (upper - lower) * 0.5f + vec3(m, m, m);
-    centre = xyz(pose.position) + (upper + lower) * 0.5f;
+  } else if (shape.boundsMargins > 0) {
+    const float4 margins = vec3(1.0f, 1.0f, 1.0f) * (shape.margin * (float)shape.boundsMargins);
+    Aabb box = coreAabb(shape, matrixFromQuaternion(pose.orientation), vertices);
+    box.lower = xyz(centre) + (box.lower - margins);
+    box.upper = xyz(centre) + (box.upper + margins);
+    return box;
   } else if (shape.type != SHAPE_PLANE) {
     // btCapsuleShape::getAabb, btPolyhedralConvexAabbCachingShape::getAabb, btCylinderShape::getAabb,
     // btCompoundShape::getAabb, btTriangleMeshShape::getAabb: of the box around the shape in its own axes.
@@ -49,13 +88,6 @@ LIB Aabb shapeAabb(Shape shape, BodyPose pose) {
   box.lower = centre - extent;
   box.upper = centre + extent;
   return box;
-}
-
-LIB Aabb mergeAabb(Aabb a, Aabb b) {
-  Aabb m;
-  m.lower = fmin(a.lower, b.lower);
-  m.upper = fmax(a.upper, b.upper);
-  return m;
 }
 
 LIB int overlapAabb(Aabb a, Aabb b) {

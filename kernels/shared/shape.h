@@ -52,6 +52,10 @@ STRUCT(Shape) {
   int firstVertex, vertexCount, firstFace, faceCount, firstEdge, edgeCount;
   // Cylinder, cone: of the core. A cone's tip is at +halfLength, which may be below zero.
   float radius, halfLength;
+  // All but spheres and planes: 0 where Bullet bounds it by the box around it in its own axes, else it asks for the
+  // farthest points of the core, and adds the margin so many times.
+  int boundsMargins;
+  int unused[3];
 };
 
 // Faces and edges of a hull, in its own axes. What has no volume has faces too, so that every direction in which two

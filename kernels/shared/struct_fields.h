@@ -91,11 +91,11 @@
   SIZE(SlotHeader, 16)                                                                                      \
     FIELD(SlotHeader, bodyA) FIELD(SlotHeader, bodyB) FIELD(SlotHeader, manifold)                           \
     FIELD(SlotHeader, pointCount)                                                                           \
-  SIZE(Shape, 80)                                                                                           \
+  SIZE(Shape, 96)                                                                                           \
     FIELD(Shape, type) FIELD(Shape, margin) FIELD(Shape, breakingThreshold) FIELD(Shape, variant)           \
     FIELD(Shape, extents) FIELD(Shape, centre) FIELD(Shape, firstVertex) FIELD(Shape, vertexCount)          \
     FIELD(Shape, firstFace) FIELD(Shape, faceCount) FIELD(Shape, firstEdge) FIELD(Shape, edgeCount)         \
-    FIELD(Shape, radius) FIELD(Shape, halfLength)                                                           \
+    FIELD(Shape, radius) FIELD(Shape, halfLength) FIELD(Shape, boundsMargins) FIELD(Shape, unused)          \
   SIZE(Ray, 48)                                                                                             \
     FIELD(Ray, from) FIELD(Ray, to) FIELD(Ray, filterGroup) FIELD(Ray, filterMask) FIELD(Ray, flags)        \
     FIELD(Ray, ignored)                                                                                     \

@@ -15,10 +15,10 @@ static Aabb grow(Aabb box, float by) {
 // kept if the world says so. Shapes that only the host knows come with their AABB. A compound's shapes have
 // their own; it itself needs one only where it moves.
 KERNEL updateAabbs(CHECKS uint bodyCount, __global const StepParams* params, __global const BodyInfo* infos,
-                   __global const Shape* shapes, __global const BodyPose* poses, __global const BodyStep* steps,
-                   __global const Aabb* hostAabbs, __global const BodyActivation* stateIn,
-                   __global const Aabb* oldAabbs, __global Aabb* aabbs, __global BodyActivation* stateOut,
-                   __global StepCounters* counters) {
+                   __global const Shape* shapes, __global const float4* hullVertices, __global const BodyPose* poses,
+                   __global const BodyStep* steps, __global const Aabb* hostAabbs,
+                   __global const BodyActivation* stateIn, __global const Aabb* oldAabbs, __global Aabb* aabbs,
+                   __global BodyActivation* stateOut, __global StepCounters* counters) {
   const float threshold = params->contactThreshold;
   FOR_EACH(i, bodyCount) {
     const BodyInfo body = infos[i];
@@ -29,12 +29,12 @@ KERNEL updateAabbs(CHECKS uint bodyCount, __global const StepParams* params, __g
       box = hostAabbs[i];
     } else if (isCollidable(body) && AT(shapes, body.shapeIndex).type != SHAPE_NONE) {
       const Shape shape = AT(shapes, body.shapeIndex);
-      box = grow(shapeAabb(shape, poses[i]), threshold);
+      box = grow(shapeAabb(shape, poses[i], hullVertices), threshold);
       if ((params->flags & STEP_USE_CONTINUOUS) && (body.flags & BODY_RIGID) && !isStaticOrKinematic(body.flags)) {
         BodyPose predicted;
         predicted.position = steps[i].predictedPosition;
         predicted.orientation = steps[i].predictedOrientation;
-        box = mergeAabb(box, grow(shapeAabb(shape, predicted), threshold));
+        box = mergeAabb(box, grow(shapeAabb(shape, predicted, hullVertices), threshold));
       }
       const int keep = !(params->flags & STEP_FORCE_ALL_AABBS) && !isActiveState(activation.state);
       const int known = old.lower.x <= old.upper.x;

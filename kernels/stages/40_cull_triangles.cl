@@ -16,12 +16,12 @@ SINGLE_KERNEL countSearches(__global const StepCounters* counters, __global cons
 }
 
 // The box of shape A in the axes of the mesh B, as in btConvexTriangleCallback::setTimeStepAndCounters.
-static Aabb boxInMesh(Shape a, BodyPose poseA, BodyPose poseB, float margin) {
+static Aabb boxInMesh(Shape a, BodyPose poseA, BodyPose poseB, float margin, __global const float4* hullVertices) {
   const float4 q = poseB.orientation;
   BodyPose pose;
   pose.position = rotateInverse(q, poseA.position - poseB.position);
   pose.orientation = quaternionProduct((float4)(-q.x, -q.y, -q.z, q.w), poseA.orientation);
-  Aabb box = shapeAabb(a, pose);
+  Aabb box = shapeAabb(a, pose, hullVertices);
   box.lower -= vec3(margin, margin, margin);
   box.upper += vec3(margin, margin, margin);
   return box;
@@ -88,8 +88,9 @@ static uint searchNodes(CHECKS Aabb box, GridBox grid, uint node, uint end, uint
 
 static uint search(CHECKS uint n, uint groups, __global const uint* bucketFirst, __global const uint* items,
                    __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
-                   __global const BodyPose* poses, __global const Mesh* meshes, __global const MeshPart* meshParts,
-                   __global const MeshNode* meshNodes, __global const MeshTriangle* meshTriangles, uint room,
+                   __global const float4* hullVertices, __global const BodyPose* poses, __global const Mesh* meshes,
+                   __global const MeshPart* meshParts, __global const MeshNode* meshNodes,
+                   __global const MeshTriangle* meshTriangles, uint room,
                    __global TriangleHit* hits) {
   const uint k = n / groups, group = n % groups;
   const Pair pair = AT(pairs, AT(items, bucketFirst[BUCKET_MESH] + k));
@@ -99,7 +100,7 @@ static uint search(CHECKS uint n, uint groups, __global const uint* bucketFirst,
   const uint first = (uint)((ulong)mesh.partCount * group / groups);
   const uint last = (uint)((ulong)mesh.partCount * (group + 1) / groups);
   if (first == last) return 0;
-  const Aabb box = boxInMesh(a, AT(poses, pair.bodyA), AT(poses, pair.bodyB), b.margin);
+  const Aabb box = boxInMesh(a, AT(poses, pair.bodyA), AT(poses, pair.bodyB), b.margin, hullVertices);
   const MeshPart end = AT(meshParts, mesh.firstPart + last - 1);
   // One group has the whole tree, and its upper nodes too.
   const uint begin = groups == 1 ? 0 : (uint)AT(meshParts, mesh.firstPart + first).firstNode;
@@ -111,13 +112,14 @@ static uint search(CHECKS uint n, uint groups, __global const uint* bucketFirst,
 // found[n]: triangles that search n finds; kept: the first HITS_KEPT of them.
 KERNEL countTriangles(CHECKS __global const uint* searchCount, uint searchCapacity, uint groups,
                       __global const uint* bucketFirst, __global const uint* items, __global const Pair* pairs,
-                      __global const BodyInfo* infos, __global const Shape* shapes, __global const BodyPose* poses,
+                      __global const BodyInfo* infos, __global const Shape* shapes,
+                      __global const float4* hullVertices, __global const BodyPose* poses,
                       __global const Mesh* meshes, __global const MeshPart* meshParts,
                       __global const MeshNode* meshNodes, __global const MeshTriangle* meshTriangles,
                       __global uint* found, __global TriangleHit* kept) {
   FOR_EACH(n, itemCount(searchCapacity, searchCount)) {
-    AT(found, n) = search(WITH_CHECKS n, groups, bucketFirst, items, pairs, infos, shapes, poses, meshes, meshParts,
-                          meshNodes, meshTriangles, HITS_KEPT, kept + (ulong)n * HITS_KEPT);
+    AT(found, n) = search(WITH_CHECKS n, groups, bucketFirst, items, pairs, infos, shapes, hullVertices, poses, meshes,
+                          meshParts, meshNodes, meshTriangles, HITS_KEPT, kept + (ulong)n * HITS_KEPT);
   }
 }
 
@@ -126,10 +128,11 @@ KERNEL countTriangles(CHECKS __global const uint* searchCount, uint searchCapaci
 KERNEL emitTriangles(CHECKS __global const uint* searchCount, uint searchCapacity, uint groups, uint hitCapacity,
                      __global const uint* total, __global const uint* bucketFirst, __global const uint* items,
                      __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
-                     __global const BodyPose* poses, __global const Mesh* meshes, __global const MeshPart* meshParts,
-                     __global const MeshNode* meshNodes, __global const MeshTriangle* meshTriangles,
-                     __global const uint* found, __global const uint* hitFirst, __global const TriangleHit* kept,
-                     __global StepCounters* counters, __global TriangleHit* hits) {
+                     __global const float4* hullVertices, __global const BodyPose* poses, __global const Mesh* meshes,
+                     __global const MeshPart* meshParts, __global const MeshNode* meshNodes,
+                     __global const MeshTriangle* meshTriangles, __global const uint* found,
+                     __global const uint* hitFirst, __global const TriangleHit* kept, __global StepCounters* counters,
+                     __global TriangleHit* hits) {
   if (get_global_id(0) == 0) counters->triangleHits = *total;
   if (*total > hitCapacity) {
     if (get_global_id(0) == 0) counters->overflow |= OVERFLOW_TRIANGLES;
@@ -138,8 +141,8 @@ KERNEL emitTriangles(CHECKS __global const uint* searchCount, uint searchCapacit
   FOR_EACH(n, itemCount(searchCapacity, searchCount)) {
     const uint count = AT(found, n), to = AT(hitFirst, n);
     if (count > HITS_KEPT) {
-      search(WITH_CHECKS n, groups, bucketFirst, items, pairs, infos, shapes, poses, meshes, meshParts, meshNodes,
-             meshTriangles, count, hits + to);
+      search(WITH_CHECKS n, groups, bucketFirst, items, pairs, infos, shapes, hullVertices, poses, meshes, meshParts,
+             meshNodes, meshTriangles, count, hits + to);
       continue;
     }
     for (uint j = 0; j < count; ++j) AT(hits, to + j) = kept[(ulong)n * HITS_KEPT + j];

@@ -10,7 +10,8 @@ btTransform turned(const btVector3& axis) {
   return btTransform(btQuaternion(axis, s(SIMD_HALF_PI)), btVector3(0, 0, 0));
 }
 
-// Two balls on a bar.
+}  // namespace
+
 btCollisionShape* dumbbell(Objects& o) {
   btCompoundShape* shape = o.shape<btCompoundShape>();
   btSphereShape* ball = o.sphere(s(0.3));
@@ -20,7 +21,6 @@ btCollisionShape* dumbbell(Objects& o) {
   return shape;
 }
 
-// Three crossed capsules.
 btCollisionShape* jack(Objects& o) {
   btCompoundShape* shape = o.shape<btCompoundShape>();
   btCapsuleShape* bar = o.capsule(s(0.15), s(0.9));
@@ -30,7 +30,6 @@ btCollisionShape* jack(Objects& o) {
   return shape;
 }
 
-// An L of boxes, around its centre of mass.
 btCollisionShape* angle(Objects& o) {
   btCompoundShape* shape = o.shape<btCompoundShape>();
   shape->addChildShape(placedAt(-0.25, 0.25, 0), o.box(btVector3(s(0.2), s(0.6), s(0.3))));
@@ -38,7 +37,6 @@ btCollisionShape* angle(Objects& o) {
   return shape;
 }
 
-// A table: its legs are a compound of their own.
 btCollisionShape* table(Objects& o) {
   btCompoundShape* legs = o.shape<btCompoundShape>();
   btBoxShape* leg = o.box(btVector3(s(0.08), s(0.35), s(0.08)));
@@ -50,6 +48,8 @@ btCollisionShape* table(Objects& o) {
   shape->addChildShape(placedAt(0, -0.2, 0), legs);
   return shape;
 }
+
+namespace {
 
 // They fall on stairs, which are one static compound.
 void addStairs(Objects& o, double half) {

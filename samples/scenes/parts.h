@@ -36,6 +36,19 @@ void pile(Objects& o, Size n, double pitch, double bottom, const std::vector<btC
 // Static walls around the y axis, as thick as a large body, up to this height.
 void addWalls(Objects& o, double halfX, double halfZ, double height);
 
+// A rolling landscape, higher around its rim, so that nothing rolls off it: of triangles, or a height field. Where a
+// grid of this size has room.
+void addMeshGround(Objects& o, Size n);
+void addHeightFieldGround(Objects& o, Size n);
+constexpr double kLowestGround = -1.2;
+
+// Compounds: two balls on a bar, three crossed capsules, an L of boxes around its centre of mass, and a table, whose
+// legs are a compound of their own.
+btCollisionShape* dumbbell(Objects& o);
+btCollisionShape* jack(Objects& o);
+btCollisionShape* angle(Objects& o);
+btCollisionShape* table(Objects& o);
+
 // Not turned.
 btTransform placedAt(double x, double y, double z);
 
@@ -67,6 +80,7 @@ inline Size square(int n) { return {root(n, 2), 1, root(n, 2)}; }
 std::vector<Scene> boxScenes();       // boxes.cpp
 std::vector<Scene> rainScenes();      // rain.cpp
 std::vector<Scene> compoundScenes();  // compounds.cpp
+std::vector<Scene> shapeScenes();     // shapes.cpp
 std::vector<Scene> terrainScenes();   // terrain.cpp
 std::vector<Scene> machineScenes();   // machines.cpp
 std::vector<Scene> bigBoxScenes();    // big_boxes.cpp

@@ -37,8 +37,13 @@ const std::vector<Scene>& big() {
   return scenes;
 }
 
+const std::vector<Scene>& ofShapes() {
+  static const std::vector<Scene> scenes = shapeScenes();
+  return scenes;
+}
+
 const Scene* find(const std::string& name) {
-  for (const auto* scenes : {&all(), &big()}) {
+  for (const auto* scenes : {&all(), &big(), &ofShapes()}) {
     for (const Scene& scene : *scenes) {
       if (withoutUnderscores(scene.name) == withoutUnderscores(name)) return &scene;
     }

@@ -109,6 +109,9 @@ struct Expectations {
   double otherDepths = 0;
   // What the CPU does inside the device's steps, by the names of btGpuDynamicsWorld::fallbackReport().
   std::vector<std::string> cpuShares = {};
+  // Few bodies, each of which comes to rest by itself, on one of its sides, in one of the hollows: the mean of their
+  // heights may differ as means of so many independent ones do, and rare events are few enough for chance to count.
+  bool scattered = false;
 };
 
 // How `btgpu bench` runs a scene, unless told otherwise.
@@ -133,7 +136,12 @@ struct Scene {
 const std::vector<Scene>& all();
 // The scenes that others measure their engines with, and larger ones. Tests go through them once, at small sizes.
 const std::vector<Scene>& big();
-// In either list; underscores may be left out. Null if there is none of that name.
+// A rain of each shape that the device has on each ground, and the same thrown over it: rain_cone_on_mesh,
+// roll_cone_on_mesh.
+const std::vector<Scene>& ofShapes();
+std::vector<std::string> shapeNames();   // what comes first in such a name
+std::vector<std::string> groundNames();  // and what after `on`
+// In one of the lists; underscores may be left out. Null if there is none of that name.
 const Scene* find(const std::string& name);
 
 }  // namespace scenes

@@ -25,7 +25,10 @@ struct Landscape {
   }
 };
 
-void addMesh(Objects& o, const Landscape& land) {
+}  // namespace
+
+void addMeshGround(Objects& o, Size n) {
+  const Landscape land(n);
   auto* mesh = o.keep(std::make_unique<btTriangleMesh>());
   const auto corner = [&land](int i, int j) { return btVector3(s(land.at(i)), s(land.height(i, j)), s(land.at(j))); };
   for (int i = 0; i + 1 < land.corners; ++i) {
@@ -38,7 +41,8 @@ void addMesh(Objects& o, const Landscape& land) {
   ground->setFriction(s(0.8));
 }
 
-void addHeightField(Objects& o, const Landscape& land) {
+void addHeightFieldGround(Objects& o, Size n) {
+  const Landscape land(n);
   auto* heights = o.keep(std::make_unique<std::vector<float>>());
   double lowest = 1e30, highest = -1e30;
   for (int j = 0; j < land.corners; ++j) {
@@ -56,6 +60,8 @@ void addHeightField(Objects& o, const Landscape& land) {
   btRigidBody* ground = o.add(0, o.own(std::move(shape)), btVector3(0, s((lowest + highest) / 2), 0));
   ground->setFriction(s(0.8));
 }
+
+namespace {
 
 void addBodies(Objects& o, Size n) {
   std::mt19937 random(3);
@@ -84,12 +90,12 @@ void addBodies(Objects& o, Size n) {
 }
 
 void buildMesh(Objects& o, Size n) {
-  addMesh(o, Landscape(n));
+  addMeshGround(o, n);
   addBodies(o, n);
 }
 
 void buildHeightField(Objects& o, Size n) {
-  addHeightField(o, Landscape(n));
+  addHeightFieldGround(o, n);
   addBodies(o, n);
 }
 
@@ -109,7 +115,7 @@ std::vector<Scene> terrainScenes() {
        {8, 2, 8},
        400,
        kStep,
-       {20, -1.2, Rest::AsStock, kHollows},
+       {20, kLowestGround, Rest::AsStock, kHollows},
        buildMesh,
        {{28, 4, 28}, 240, layers}},
       {"heightfield",
@@ -117,7 +123,7 @@ std::vector<Scene> terrainScenes() {
        {8, 2, 8},
        400,
        kStep,
-       {20, -1.2, Rest::AsStock, kHollows},
+       {20, kLowestGround, Rest::AsStock, kHollows},
        buildHeightField,
        {{28, 4, 28}, 240, layers}},
   };

@@ -13,6 +13,8 @@
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
+#include <cctype>
 #include <functional>
 #include <memory>
 #include <random>
@@ -63,6 +65,12 @@ struct ShapeKind {
   // A shape of about this size (half an extent).
   std::function<btCollisionShape*(ShapeStore&, RandomSource&, double size)> make;
 };
+
+// As gtest wants the names of tests: letters and digits.
+inline std::string testNameOf(std::string kind) {
+  kind.erase(std::remove_if(kind.begin(), kind.end(), [](unsigned char c) { return !std::isalnum(c); }), kind.end());
+  return kind;
+}
 
 inline btConvexShape* makeHull(ShapeStore& store, RandomSource& random, double size) {
   auto* hull = store.make<btConvexHullShape>();

@@ -25,7 +25,7 @@ Shape makeShape(int type, float margin, float4 extents) {
 void expectAabbAsStock(const Shape& shape, const btCollisionShape& stock, const BodyPose& pose, double tolerance) {
   btVector3 lower, upper;
   stock.getAabb(toBullet(pose), lower, upper);
-  const Aabb box = shapeAabb(shape, pose);
+  const Aabb box = shapeAabb(shape, pose, nullptr);
   expectNear(box.lower, lower, tolerance);
   expectNear(box.upper, upper, tolerance);
   EXPECT_EQ(box.lower.w, 0);

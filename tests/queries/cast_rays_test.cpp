@@ -69,7 +69,8 @@ QueryWorld worldOf(std::mt19937& random, uint count, bool withHost, bool withPla
     const BodyPose pose{uniform3(random, -extent, extent), turnAbout(uniform3(random, -1, 1), uniform(random, -3, 3))};
     const Matrix3 r = matrixFromQuaternion(pose.orientation);
     const float4 grown{0.02f, 0.02f, 0.02f, 0};
-    Aabb box = shapeAabb(world.shapes.shapes.values[static_cast<size_t>(shape)], pose);
+    Aabb box =
+        shapeAabb(world.shapes.shapes.values[static_cast<size_t>(shape)], pose, world.shapes.hulls.vertices.data());
     box = {box.lower - grown, box.upper + grown};
     BodyInfo info{};
     info.shapeIndex = isHost ? 0 : shape;

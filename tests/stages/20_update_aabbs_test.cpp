@@ -45,8 +45,8 @@ class UpdateAabbsTest : public DeviceTest {
 
   static UpdatedAabbs reference(const Stage20Input& in, const StepSettings& settings) {
     return updateAabbsReference(makeStepParams(settings, false), in.world.infos.values, in.world.shapes.values,
-                                in.world.poses.values, in.steps, in.world.activations.values, in.oldAabbs,
-                                in.world.hostAabbs);
+                                in.world.hulls.vertices, in.world.poses.values, in.steps, in.world.activations.values,
+                                in.oldAabbs, in.world.hostAabbs);
   }
 
   UpdatedAabbs device(const Stage20Input& in, const StepSettings& settings) {
@@ -128,10 +128,31 @@ TEST_F(UpdateAabbsTest, OneOfEachShapeSmall) {
   EXPECT_EQ(out.aabbs[ground].lower.y, -1e18f);
   EXPECT_EQ(out.aabbs[ground].upper.x, 1e18f);
   EXPECT_FLOAT_EQ(out.aabbs[drum].upper.y, 0.62f);
-  EXPECT_NEAR(out.aabbs[hat].lower.x, -1.12f, 1e-6f) << "the tip";
-  EXPECT_NEAR(out.aabbs[hat].upper.x, 1.12f, 1e-6f) << "the base";
-  EXPECT_NEAR(out.aabbs[hat].upper.y, 0.62f, 1e-6f);
+  EXPECT_NEAR(out.aabbs[hat].lower.x, -1.22f, 1e-6f) << "the tip, and the margin twice, as in stock";
+  EXPECT_NEAR(out.aabbs[hat].upper.x, 1.22f, 1e-6f) << "the base";
+  EXPECT_NEAR(out.aabbs[hat].upper.y, 0.72f, 1e-6f);
   for (const Aabb& other : out.aabbs) EXPECT_FALSE(overlapAabb(out.aabbs[free], other));
+}
+
+// Of scaled shapes Bullet bounds what they are, not the box around them.
+TEST_F(UpdateAabbsTest, FarthestPointsSmall) {
+  WorldBuilder b;
+  const float4 turn = turnAbout({0, 0, 1, 0}, 0.78539816f);
+  const uint drum = b.add(b.scaled(b.cylinder(1, 0.5f, 1, 0.1f)), {0, 0, 0, 0}, 1, turn);
+  const uint rod = b.add(b.scaled(b.hull({{-1, 0, 0, 0}, {1, 0, 0, 0}}, 0.1f)), {0, 0, 0, 0}, 1, turn);
+  const uint pearls = b.add(b.scaled(b.spheres({{-1, 0, 0, 0.5f}, {2, 0, 0, 0}}, 0.1f)), {0, 0, 0, 0}, 1, turn);
+  b.add(b.scaled(b.spheres({{0, 1, 0, 0.5f}, {1, 2, 0, 0}}, 0.1f, {1, 2, 3, 0})), {5, 0, 0, 0}, 1,
+        turnAbout({1, 2, 3, 0}, 0.7f));
+  const auto out = expectAsReference(inputOf(b));
+  const float half = std::sqrt(0.5f);
+  EXPECT_NEAR(out.aabbs[drum].upper.x, 1.5f * half + 0.12f, 1e-6f);
+  EXPECT_NEAR(out.aabbs[drum].lower.y, -1.5f * half - 0.12f, 1e-6f);
+  EXPECT_NEAR(out.aabbs[drum].upper.z, 0.62f, 1e-6f);
+  EXPECT_NEAR(out.aabbs[rod].upper.x, half + 0.12f, 1e-6f);
+  EXPECT_NEAR(out.aabbs[rod].upper.z, 0.12f, 1e-6f);
+  EXPECT_NEAR(out.aabbs[pearls].lower.x, -half - 0.62f, 1e-6f);
+  EXPECT_NEAR(out.aabbs[pearls].upper.y, 2 * half + 0.12f, 1e-6f);
+  EXPECT_NEAR(out.aabbs[pearls].upper.z, 0.62f, 1e-6f);
 }
 
 TEST_F(UpdateAabbsTest, WhatTakesNoPartOverlapsNothingSmall) {
@@ -370,8 +391,8 @@ TEST(UpdateAabbsReference, AgreesWithBullet) {
     StepSettings settings;
     settings.useContinuous = continuous;
     const auto out =
-        updateAabbsReference(makeStepParams(settings, false), in.infos.values, in.shapes.values, in.poses.values, steps,
-                             in.activations.values, std::vector<Aabb>(in.bodyCount, kNone));
+        updateAabbsReference(makeStepParams(settings, false), in.infos.values, in.shapes.values, in.hulls.vertices,
+                             in.poses.values, steps, in.activations.values, std::vector<Aabb>(in.bodyCount, kNone));
     EXPECT_EQ(out.outOfBounds, 1u);
     for (uint i = 0; i < in.bodyCount; ++i) {
       const btBroadphaseProxy* proxy = bodies[i]->getBroadphaseHandle();

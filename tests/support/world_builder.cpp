@@ -142,7 +142,15 @@ int WorldBuilder::cylinder(int axis, float radius, float halfLength, float margi
 }
 
 int WorldBuilder::cone(int axis, float radius, float halfLength, float margin) {
-  return addShape(roundShape(SHAPE_CONE, axis, radius, halfLength, margin));
+  Shape shape = roundShape(SHAPE_CONE, axis, radius, halfLength, margin);
+  shape.boundsMargins = 2;
+  return addShape(shape);
+}
+
+int WorldBuilder::scaled(int shape) {
+  Shape copy = m_input.shapes.values[static_cast<size_t>(shape)];
+  copy.boundsMargins = 1;
+  return addShape(copy);
 }
 
 int WorldBuilder::spheres(const std::vector<float4>& spheres, float margin, float4 stretch) {

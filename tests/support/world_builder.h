@@ -40,6 +40,8 @@ class WorldBuilder {
   int hull(const std::vector<float4>& points, float margin = 0.04f);
   // Of the core, which the margin surrounds.
   int cylinder(int axis, float radius, float halfLength, float margin = 0.04f);
+  // The same shape, bounded by its farthest points.
+  int scaled(int shape);
   int cone(int axis, float radius, float halfLength, float margin = 0.04f);
   // w: what their radii are larger than the margin.
   int spheres(const std::vector<float4>& spheres, float margin, float4 stretch = {1, 1, 1, 0});

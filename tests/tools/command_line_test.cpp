@@ -89,7 +89,11 @@ TEST(CommandLine, ScenesListsEachSceneWithSizeAndSteps) {
   EXPECT_EQ(run.err, "");
   const auto lines = run.outLines();
   const size_t first = scenes::all().size(), second = scenes::big().size();
-  ASSERT_EQ(lines.size(), first + 2 + second);  // an empty line and a heading in between
+  // An empty line and a heading in between; at the end, after another such two, of what the names of shapes' scenes are
+  // made.
+  ASSERT_EQ(lines.size(), first + 2 + second + 4);
+  EXPECT_TRUE(contains(lines[first + second + 4], "cone_x")) << lines[first + second + 4];
+  EXPECT_TRUE(contains(lines[first + second + 5], "heightfield")) << lines[first + second + 5];
   for (size_t i = 0; i < first + second; ++i) {
     const scenes::Scene& scene = i < first ? scenes::all()[i] : scenes::big()[i - first];
     const std::string& line = lines[i < first ? i : i + 2];

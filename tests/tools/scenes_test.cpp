@@ -66,6 +66,21 @@ TEST(Scenes, SizesForSoManyBodies) {
   }
 }
 
+// Bodies that don't turn, or weigh nothing, say nothing about their shape.
+TEST(Scenes, OfShapesHaveBodiesThatTurn) {
+  for (const scenes::Scene& scene : scenes::ofShapes()) {
+    World run;
+    scene.build(run.objects, scene.size);
+    int moving = 0;
+    for (const btRigidBody* body : run.objects.bodies()) {
+      if (body->getInvMass() == btScalar(0)) continue;
+      ++moving;
+      EXPECT_GT(body->getInvInertiaDiagLocal().length(), btScalar(0)) << scene.name;
+    }
+    EXPECT_EQ(moving, scene.size.x * scene.size.y * scene.size.z) << scene.name;
+  }
+}
+
 TEST(Scenes, TheSameObjectsEachTime) {
   for (const scenes::Scene& scene : scenes::big()) {
     World a, b;
@@ -80,8 +95,14 @@ TEST(Scenes, TheSameObjectsEachTime) {
 }
 
 TEST(Scenes, AreFoundByTheirNamesWithAndWithoutUnderscores) {
-  for (const auto* list : {&scenes::all(), &scenes::big()}) {
+  for (const auto* list : {&scenes::all(), &scenes::big(), &scenes::ofShapes()}) {
     for (const scenes::Scene& scene : *list) EXPECT_EQ(scenes::find(scene.name), &scene);
+  }
+  for (const std::string& shape : scenes::shapeNames()) {
+    for (const std::string& ground : scenes::groundNames()) {
+      EXPECT_NE(scenes::find("rain_" + shape + "_on_" + ground), nullptr);
+      EXPECT_NE(scenes::find("roll_" + shape + "_on_" + ground), nullptr);
+    }
   }
   EXPECT_EQ(scenes::find("convexpile"), scenes::find("convex_pile"));
   EXPECT_EQ(scenes::find("no_such"), nullptr);

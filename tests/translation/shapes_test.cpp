@@ -14,6 +14,8 @@
 #include <limits>
 #include <new>
 
+#include "gpu_engine/stages/shape_bounds.h"
+#include "tests/convex/shape_kinds.h"
 #include "tests/translation/reader_world.h"
 
 namespace btgpu::test {
@@ -256,6 +258,35 @@ TEST(Shapes, HullsWithoutPointsOrFiniteSize) {
   w.step();
   EXPECT_EQ(w.hostText(), "");
   EXPECT_EQ(shapeOf(w, body).variant, HULL_POLYHEDRAL) << "stock collides two of them without margins";
+}
+
+// In any pose, each kind as Bullet's own getAabb has it: the islands of a world are those of its AABBs.
+TEST(Shapes, BoundsAreBullets) {
+  RandomSource random(3);
+  ShapeStore store;
+  for (const ShapeKind& kind : convexKinds()) {
+    for (int n = 0; n < 30; ++n) {
+      ReaderWorld w;
+      btCollisionShape* shape = kind.make(store, random, 1);
+      const btQuaternion turn(scalarIn(random, -1, 1), scalarIn(random, -1, 1), scalarIn(random, -1, 1),
+                              scalarIn(random, -1, 1));
+      const btTransform pose(turn.normalized(), btVector3(1, 2, 3));
+      btRigidBody* body = w.add(1, shape, btVector3(0, 0, 0));
+      w.step();
+      EXPECT_EQ(w.hostText(), "");
+      const btQuaternion q = pose.getRotation();
+      const float4 orientation{float(q.x()), float(q.y()), float(q.z()), float(q.w())};
+      const reference::Bounds ours = reference::shapeBounds(
+          shapeOf(w, body), {1, 2, 3}, reference::rotationOf(orientation), w.device.hulls.vertices);
+      btVector3 lower, upper;
+      shape->getAabb(pose, lower, upper);
+      for (int k = 0; k < 3; ++k) {
+        // Some ten roundings in float of what is at most 6.
+        EXPECT_NEAR(ours.lower[k], double(lower[k]), 1e-5) << kind.name;
+        EXPECT_NEAR(ours.upper[k], double(upper[k]), 1e-5) << kind.name;
+      }
+    }
+  }
 }
 
 TEST(Shapes, CylindersAndCones) {

@@ -206,6 +206,26 @@ double FreeRunComparison::heightBeyondStock() const {
   return std::max({0.0, stock.lowest - stock.width() - height, height - stock.highest - stock.width()});
 }
 
+// By which the mean height of so many bodies, each of which comes to rest by itself, differs between two right runs:
+// they are N draws of what stock's heights are spread like, in either run, and three standard errors of the difference
+// of two means are more than chance makes once in 370 times.
+double FreeRunComparison::heightByChance() const {
+  const btDiscreteDynamicsWorld& world = stockWorld();
+  const btVector3 up = world.getGravity().fuzzyZero() ? btVector3(0, 1, 0) : -world.getGravity().normalized();
+  double count = 0, sum = 0, squares = 0;
+  for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+    const btRigidBody* body = movingBody(world, i);
+    if (!body) continue;
+    const double height = double(body->getWorldTransform().getOrigin().dot(up));
+    count += 1;
+    sum += height;
+    squares += height * height;
+  }
+  if (count == 0) return 0;
+  const double variance = std::max(0.0, squares / count - sum / count * (sum / count));
+  return 3 * std::sqrt(2 * variance / count);
+}
+
 std::vector<Check> FreeRunComparison::checks() const {
   std::vector<Check> checks = {makeCheck("state.not_finite", m_gpu.end.notFinite)};
   const WorldFigures& stock = m_stock.front().end;
@@ -219,8 +239,10 @@ std::vector<Check> FreeRunComparison::checks() const {
   const Range energy = rangeOf(m_stock, [](const RunStatistics& run) { return run.restingEnergy; });
   const Range depth = rangeOf(m_stock, [](const RunStatistics& run) { return run.depth99(); });
   const double energyLimit = tolerance("free.kinetic_energy").limit;
-  Check height = makeCheck("free.height", heightBeyondStock() / std::max(std::fabs(stock.meanHeight), m_size));
+  const double scale = std::max(std::fabs(stock.meanHeight), m_size);
+  Check height = makeCheck("free.height", heightBeyondStock() / scale);
   height.limit = std::max(height.limit, m_expectations.heightTolerance);
+  if (m_expectations.scattered) height.limit = std::max(height.limit, heightByChance() / scale);
   checks.push_back(height);
   checks.push_back(makeCheck("free.kinetic_energy",
                              m_gpu.restingEnergy / (energy.highest + energy.width() + kRestingEnergy / energyLimit)));

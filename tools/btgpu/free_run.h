@@ -57,6 +57,7 @@ class FreeRunComparison {
   void measureScene(const btDiscreteDynamicsWorld& world);
   bool comesToRest() const;
   double heightBeyondStock() const;
+  double heightByChance() const;
 
   scenes::Expectations m_expectations;
   int m_steps;

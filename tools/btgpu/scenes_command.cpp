@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "arguments.h"
 #include "bullet_file.h"
@@ -30,6 +31,9 @@ int runScenes(const ScenesArguments& arguments) {
     fmt::print("{:<13} {} (size {}; for compare {}, {} steps)\n", s.name, s.description, toText(b.size), toText(s.size),
                s.steps);
   }
+  // 144 of them: two lines tell what the names are made of.
+  fmt::print("\nand of each shape, rained on a ground or thrown over it: rain_SHAPE_on_GROUND, roll_SHAPE_on_GROUND\n");
+  fmt::print("SHAPE: {}\nGROUND: {}\n", fmt::join(scenes::shapeNames(), ", "), fmt::join(scenes::groundNames(), ", "));
   return kAgreed;
 }
 

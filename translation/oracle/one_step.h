@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "convex_gap.h"
 #include "residuals.h"
 #include "tolerances.h"
 
@@ -125,8 +126,9 @@ class OneStepCheck {
   Check ofResidual() const;
   Check ofShare(const char* name, const Measure& m) const;
   void compareContacts();
-  bool isFoundToo(const Manifold& ours, const ContactPoint& mine, double size) const;
   using ShapePair = OracleWorld::ShapePair;
+  std::vector<PlacedShape> placed(const ShapePair& shapes, uint slot) const;
+  bool isFoundToo(const ShapePair& shapes, const Manifold& ours, const ContactPoint& mine, double size) const;
   // What agrees with stock's contact, or is known to be right where stock's is not.
   struct Verdict {
     bool depth = false, normal = false;
@@ -164,7 +166,7 @@ class OneStepCheck {
   double m_addedEnergy = 0, m_enteringEnergy = 0;
   int m_steps = 0;
   Residual m_ourResidual, m_stockResidual;  // all steps
-  RatioSpread m_residualSpread;
+  RatioSpread m_residualSpread, m_distanceSpread;
   Residual m_ourLast, m_stockLast;                 // the last step
   Residual m_forwardResidual, m_reversedResidual;  // stock in both orders, in the steps where both were run
   double m_ourDistance = 0, m_stockDistance = 0, m_reversedDistance = 0;
