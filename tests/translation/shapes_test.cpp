@@ -111,8 +111,8 @@ TEST(Shapes, WhatTheDeviceLacksGoesToTheHostByName) {
   FourBodies w;
   auto* compound = w.shape<btCompoundShape>();
   compound->addChildShape(btTransform::getIdentity(), w.shape<OwnSphere>(s(1)));
-  auto* sum = w.shape<btMinkowskiSumShape>(w.shape<btConeShape>(s(1), s(1)), w.ball);
   auto* own = w.shape<OwnSphere>(s(1));
+  auto* sum = w.shape<btMinkowskiSumShape>(w.shape<btConeShape>(s(1), s(1)), own);
   w.bodies[0]->setCollisionShape(compound);
   w.bodies[1]->setCollisionShape(sum);
   w.bodies[2]->setCollisionShape(compound);
@@ -139,6 +139,34 @@ TEST(Shapes, WhatTheDeviceLacksGoesToTheHostByName) {
   EXPECT_EQ(w.hostText(), "");
   EXPECT_EQ(shapeOf(w, w.bodies[2]).type, SHAPE_SPHERE);
   EXPECT_EQ(w.step(), Upload{});
+}
+
+// What is taken away is mirrored; margins add up, and those of multi-spheres are part of their radii.
+TEST(Shapes, SumsAreListsOfTerms) {
+  ReaderWorld w;
+  const btVector3 at[] = {btVector3(1, 0, 0), btVector3(0, 1, 0)};
+  const btScalar radii[] = {s(0.5), s(0.75)};
+  auto* cone = w.shape<btConeShape>(s(0.5), s(2));
+  auto* spheres = w.shape<btMultiSphereShape>(at, radii, 2);
+  auto* sum = w.shape<btMinkowskiSumShape>(spheres, cone);
+  cone->setMargin(s(0.125));
+  sum->setTransformA(btTransform(btQuaternion::getIdentity(), btVector3(3, 0, 0)));
+  sum->setTransformB(btTransform(btQuaternion::getIdentity(), btVector3(0, 2, 0)));
+  btRigidBody* body = w.add(1, sum, btVector3(0, 0, 0));
+  w.step();
+  EXPECT_EQ(w.hostText(), "");
+  const Shape& shape = shapeOf(w, body);
+  EXPECT_EQ(shape.type, SHAPE_SUM);
+  EXPECT_FLOAT_EQ(shape.margin, 0.125f);
+  const std::vector<float4> expected = {
+      {3, -2, 0, 0}, {0, 0, 0, 1}, {SHAPE_MULTI_SPHERE, 2, 0, 0}, {1, 0, 0, 0.5f}, {0, 1, 0, 0.75f},
+      {1, 1, 1, 0},  {0, 0, 0, 1}, {SHAPE_CONE, 1, 0.5f, -1}};
+  ASSERT_EQ(shape.vertexCount, static_cast<int>(expected.size()));
+  for (size_t k = 0; k < expected.size(); ++k) {
+    const float4 v = w.reader.input().hulls.vertices[static_cast<size_t>(shape.firstVertex) + k];
+    EXPECT_TRUE(v.x == expected[k].x && v.y == expected[k].y && v.z == expected[k].z && v.w == expected[k].w)
+        << k << ": " << v.x << " " << v.y << " " << v.z << " " << v.w;
+  }
 }
 
 TEST(Shapes, PlanesDoNotMove) {
