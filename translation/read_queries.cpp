@@ -96,8 +96,11 @@ bool QueryReader::isForPairs(int shapeIndex) const {
   const Shape& shape = m_world.shapes.shapes.values[static_cast<std::size_t>(shapeIndex)];
   if (shape.type == SHAPE_COMPOUND) {
     const auto& leaves = leavesOf(shapeIndex);
-    return !leaves.empty() && std::all_of(leaves.begin(), leaves.end(),
-                                          [this](const CompoundLeaf& leaf) { return isForPairs(leaf.shapeIndex); });
+    // A plane is known on one side of a pair, and by the pair's own shape.
+    return !leaves.empty() && std::all_of(leaves.begin(), leaves.end(), [this](const CompoundLeaf& leaf) {
+      const int type = m_world.shapes.shapes.values[static_cast<std::size_t>(leaf.shapeIndex)].type;
+      return type != SHAPE_PLANE && isForPairs(leaf.shapeIndex);
+    });
   }
   const bool isHull = shape.type == SHAPE_HULL || shape.type == SHAPE_BOX;
   return shape.type >= SHAPE_SPHERE && shape.type <= SHAPE_MULTI_SPHERE && !(isHull && shape.variant & HULL_POLYHEDRAL);
