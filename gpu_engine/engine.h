@@ -16,7 +16,7 @@
 namespace btgpu {
 
 // Changes whenever anything in this header or in the headers it includes changes its layout.
-inline constexpr int kEngineAbi = 15;
+inline constexpr int kEngineAbi = 16;
 // Name of the factory in the plugin: EngineFactory.
 inline constexpr const char* kEngineEntryPoint = "btgpuCreateEngine";
 inline constexpr const char* kListDevicesEntryPoint = "btgpuListDevices";
