@@ -112,7 +112,7 @@ void CrossCheck::beforeStep(btDiscreteDynamicsWorld& world, const WorldReader& r
       if (reader.slots()[i].object && !m_shadow->object(i)) m_unchecked = {"bodies in quarantine"};
     }
     m_joints.clear();
-    for (const Joint& joint : reader.input().joints) m_joints.push_back({joint.enabled != 0, 0});
+    for (const Joint& joint : reader.input().joints) m_joints.push_back({joint.enabled != 0, 0, {}});
     readCache(reader, engine, engineHolds, last);
     if (!m_cacheKnown) m_unchecked.push_back("contacts: those of the step before are not known");
   } catch (const std::exception& e) { giveUp(e.what()); }

@@ -3,6 +3,7 @@
 #include "joint_colours.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace btgpu {
 namespace {
@@ -18,16 +19,53 @@ uint lowestFree(uint taken) {
 
 bool movesNothing(const Joint& j) { return j.bodyA == NO_INDEX && j.bodyB == NO_INDEX; }
 
-// By joint: how many earlier joints it has to wait for, one after the other.
-std::vector<uint> levelsOf(const std::vector<Joint>& joints, uint bodyCount) {
-  std::vector<uint> next(bodyCount, 0), levels;
+uint rootOf(std::vector<uint>& parents, uint body) {
+  while (parents[body] != body) body = parents[body] = parents[parents[body]];
+  return body;
+}
+
+// By joint: the lowest body of those that joints tie to its own, or -1. Bullet's islands are those of contacts too,
+// which nobody knows before the step.
+std::vector<int> islandsOf(const std::vector<Joint>& joints, uint bodyCount) {
+  std::vector<uint> parents(bodyCount);
+  std::iota(parents.begin(), parents.end(), 0u);
   for (const Joint& j : joints) {
-    uint level = 0;
-    for (const uint body : {j.bodyA, j.bodyB}) level = body == NO_INDEX ? level : std::max(level, next[body]);
+    if (j.islandA == NO_INDEX || j.islandB == NO_INDEX) continue;
+    const uint a = rootOf(parents, j.islandA), b = rootOf(parents, j.islandB);
+    parents[std::max(a, b)] = std::min(a, b);
+  }
+  std::vector<int> islands;
+  for (const Joint& j : joints) {
+    const uint member = j.islandA != NO_INDEX ? j.islandA : j.islandB;
+    islands.push_back(member == NO_INDEX ? -1 : static_cast<int>(rootOf(parents, member)));
+  }
+  return islands;
+}
+
+// Quicksort around the middle element in which equal ones change places: what Bullet sorts joints with.
+void sortAsBullet(std::vector<uint>& order, const std::vector<int>& keys, int low, int high) {
+  int i = low, j = high;
+  const int pivot = keys[order[static_cast<size_t>((low + high) / 2)]];
+  const auto keyAt = [&](int place) { return keys[order[static_cast<size_t>(place)]]; };
+  while (i <= j) {
+    while (keyAt(i) < pivot) ++i;
+    while (pivot < keyAt(j)) --j;
+    if (i <= j) std::swap(order[static_cast<size_t>(i++)], order[static_cast<size_t>(j--)]);
+  }
+  if (low < j) sortAsBullet(order, keys, low, j);
+  if (i < high) sortAsBullet(order, keys, i, high);
+}
+
+// By joint: how many joints before it in this order it has to wait for, one after the other.
+std::vector<uint> levelsOf(const std::vector<Joint>& joints, const std::vector<uint>& order, uint bodyCount) {
+  std::vector<uint> next(bodyCount, 0), levels(joints.size(), 0);
+  for (const uint i : order) {
+    const Joint& j = joints[i];
+    for (const uint body : {j.bodyA, j.bodyB})
+      levels[i] = body == NO_INDEX ? levels[i] : std::max(levels[i], next[body]);
     for (const uint body : {j.bodyA, j.bodyB}) {
-      if (body != NO_INDEX) next[body] = level + 1;
+      if (body != NO_INDEX) next[body] = levels[i] + 1;
     }
-    levels.push_back(level);
   }
   return levels;
 }
@@ -48,8 +86,15 @@ std::vector<uint> greedyColoursOf(const std::vector<Joint>& joints, uint bodyCou
 
 }  // namespace
 
+std::vector<uint> orderOfJoints(const std::vector<Joint>& joints, uint bodyCount) {
+  std::vector<uint> order(joints.size());
+  std::iota(order.begin(), order.end(), 0u);
+  if (order.size() > 1) sortAsBullet(order, islandsOf(joints, bodyCount), 0, static_cast<int>(order.size()) - 1);
+  return order;
+}
+
 JointColours colourJoints(const std::vector<Joint>& joints, uint bodyCount) {
-  std::vector<uint> colours = levelsOf(joints, bodyCount);
+  std::vector<uint> colours = levelsOf(joints, orderOfJoints(joints, bodyCount), bodyCount);
   const bool few = std::all_of(colours.begin(), colours.end(), [](uint c) { return c < JOINT_ORDER_LIMIT; });
   if (!few) colours = greedyColoursOf(joints, bodyCount);
   std::vector<std::vector<uint>> batches(JOINT_COLOUR_LIMIT + 1);

@@ -9,9 +9,13 @@
 
 namespace btgpu {
 
-// Joints of one colour move different bodies. If few colours suffice, each joint comes after all earlier ones that
-// share a body with it, so that the result is that of solving them one after the other. Else (long chains, hubs) as few
-// colours as a greedy choice gives. A function of the joints' bodies and their order alone.
+// The order in which Bullet solves joints, as far as it can be known before the contacts are: sorted by island
+// (docs/decisions/0027-order-of-joints.md). A chain of any length comes out in an order in which few have to wait.
+std::vector<uint> orderOfJoints(const std::vector<Joint>& joints, uint bodyCount);
+
+// Joints of one colour move different bodies. If few colours suffice, each joint comes after all those before it in
+// that order that share a body with it, so that the result is that of solving them one after the other. Else (large
+// nets, hubs) as few colours as a greedy choice gives. A function of the joints' bodies and their order alone.
 struct JointColours {
   std::vector<uint> order;  // indices of joints, colour by colour, the serial batch last, ascending within each
   std::vector<uint> first;  // where each colour begins in `order`; then the serial batch, then the end

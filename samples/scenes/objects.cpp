@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <BulletDynamics/Character/btKinematicCharacterController.h>
+
 #include "parts.h"
 #include "scene.h"
 
@@ -23,8 +26,19 @@ void emptyLargeWorld(btDiscreteDynamicsWorld& world) {
 
 }  // namespace
 
+struct Objects::Character {
+  btPairCachingGhostObject ghost;
+  std::unique_ptr<btKinematicCharacterController> controller;
+};
+
+Objects::Objects(btDiscreteDynamicsWorld& world) : m_world(world) {}
+
 Objects::~Objects() {
   if (!m_beforeSubsteps.empty()) m_world.setInternalTickCallback(nullptr, nullptr, true);
+  for (const auto& character : m_characters) {
+    m_world.removeCharacter(character->controller.get());
+    m_world.removeCollisionObject(&character->ghost);
+  }
   for (const auto& vehicle : m_vehicles) m_world.removeVehicle(vehicle.get());
   for (const auto& joint : m_joints) m_world.removeConstraint(joint.get());
   if (m_world.getNumCollisionObjects() == static_cast<int>(m_bodies.size())) emptyLargeWorld(m_world);
@@ -32,6 +46,7 @@ Objects::~Objects() {
     if (body->getWorldArrayIndex() >= 0) m_world.removeRigidBody(body);
     delete body;
   }
+  if (m_ghostPairs) m_world.getPairCache()->setInternalGhostPairCallback(nullptr);
 }
 
 btBoxShape* Objects::box(const btVector3& halfExtents) { return shape<btBoxShape>(halfExtents); }
@@ -111,6 +126,25 @@ btRaycastVehicle* Objects::vehicle(btRigidBody* chassis, btScalar halfTrack) {
     wheel.m_rollInfluence = s(0.1);
   }
   return vehicle;
+}
+
+btKinematicCharacterController* Objects::character(btConvexShape* shape, double stepHeight, const btVector3& at) {
+  if (!m_ghostPairs) {  // without it ghosts don't know what they overlap
+    m_ghostPairs = std::make_unique<btGhostPairCallback>();
+    m_world.getPairCache()->setInternalGhostPairCallback(m_ghostPairs.get());
+  }
+  m_characters.push_back(std::make_unique<Character>());
+  Character& made = *m_characters.back();
+  made.ghost.setCollisionShape(shape);
+  made.ghost.setWorldTransform(btTransform(btQuaternion::getIdentity(), at));
+  made.ghost.setCollisionFlags(btCollisionObject::CF_CHARACTER_OBJECT);
+  m_world.addCollisionObject(&made.ghost, btBroadphaseProxy::CharacterFilter,
+                             btBroadphaseProxy::StaticFilter | btBroadphaseProxy::DefaultFilter);
+  made.controller =
+      std::make_unique<btKinematicCharacterController>(&made.ghost, shape, s(stepHeight), btVector3(0, 1, 0));
+  made.controller->setGravity(m_world.getGravity());
+  m_world.addCharacter(made.controller.get());
+  return made.controller.get();
 }
 
 }  // namespace scenes

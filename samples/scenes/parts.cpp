@@ -65,6 +65,18 @@ btTransform placedAt(double x, double y, double z) {
   return btTransform(btQuaternion::getIdentity(), btVector3(s(x), s(y), s(z)));
 }
 
+btTransform inFrameOf(const btRigidBody& body, const btTransform& world) {
+  return body.getWorldTransform().inverse() * world;
+}
+
+btTransform frameAlong(const btVector3& from, const btVector3& axis, const btVector3& at) {
+  return btTransform(shortestArcQuat(from, axis), at);
+}
+
+btHingeConstraint* addHinge(Objects& o, btRigidBody& a, btRigidBody& b, const btTransform& frame) {
+  return o.joint<btHingeConstraint>(true, a, b, inFrameOf(a, frame), inFrameOf(b, frame));
+}
+
 btConvexHullShape* rock(Objects& o, std::mt19937& random) {
   std::uniform_real_distribution<double> size(0.25, 0.6);
   std::uniform_int_distribution<int> corners(8, 20);

@@ -52,6 +52,17 @@ btCollisionShape* table(Objects& o);
 // Not turned.
 btTransform placedAt(double x, double y, double z);
 
+// The pose of a body's frame that is `world` now.
+btTransform inFrameOf(const btRigidBody& body, const btTransform& world);
+// A frame whose axis `from` points along `axis`: a cone twists about its x axis, a hinge turns about its z axis.
+btTransform frameAlong(const btVector3& from, const btVector3& axis, const btVector3& at);
+// A hinge about the z axis of a frame; the bodies it links don't collide.
+btHingeConstraint* addHinge(Objects& o, btRigidBody& a, btRigidBody& b, const btTransform& frame);
+
+enum class Limbs { Boxes, Capsules };
+// One figure of eleven bodies and ten joints, 1.7 high, upright at `at` (between its feet), then turned by `turn`.
+void addRagdoll(Objects& o, const btVector3& at, const btQuaternion& turn, Limbs limbs);  // ragdoll.cpp
+
 // Calls place(random, x + y + z, pose) for each place of a grid over the ground, the lowest `lift` above it: somewhat
 // off, and turned at random.
 template <typename Place>
@@ -83,6 +94,10 @@ std::vector<Scene> compoundScenes();  // compounds.cpp
 std::vector<Scene> shapeScenes();     // shapes.cpp
 std::vector<Scene> terrainScenes();   // terrain.cpp
 std::vector<Scene> machineScenes();   // machines.cpp
+std::vector<Scene> jointScenes();     // joints.cpp
+std::vector<Scene> walkerScenes();    // walkers.cpp
+std::vector<Scene> classicScenes();   // classic.cpp
+std::vector<Scene> bigJointScenes();  // joints.cpp
 std::vector<Scene> bigBoxScenes();    // big_boxes.cpp
 std::vector<Scene> bigPileScenes();   // big_piles.cpp
 std::vector<Scene> junkyardScenes();  // junkyard.cpp

@@ -28,12 +28,13 @@ std::string withoutUnderscores(std::string name) {
 
 const std::vector<Scene>& all() {
   static const std::vector<Scene> scenes =
-      joined({boxScenes, rainScenes, compoundScenes, machineScenes, terrainScenes});
+      joined({boxScenes, rainScenes, compoundScenes, machineScenes, jointScenes, walkerScenes, terrainScenes});
   return scenes;
 }
 
 const std::vector<Scene>& big() {
-  static const std::vector<Scene> scenes = joined({bigBoxScenes, bigPileScenes, junkyardScenes, washerScenes});
+  static const std::vector<Scene> scenes =
+      joined({bigBoxScenes, bigPileScenes, junkyardScenes, washerScenes, classicScenes, bigJointScenes});
   return scenes;
 }
 

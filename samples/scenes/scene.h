@@ -13,16 +13,20 @@
 #include <utility>
 #include <vector>
 
+class btKinematicCharacterController;
+class btPairCachingGhostObject;
+
 namespace scenes {
 
 struct Size {
   int x, y, z;
 };
 
-// Owns the shapes, bodies, joints and vehicles that were put into a world; takes them out again when it goes.
+// Owns the shapes, bodies, joints, vehicles and characters that were put into a world; takes them out again when it
+// goes.
 class Objects {
  public:
-  explicit Objects(btDiscreteDynamicsWorld& world) : m_world(world) {}
+  explicit Objects(btDiscreteDynamicsWorld& world);
   ~Objects();
   Objects(const Objects&) = delete;
   Objects& operator=(const Objects&) = delete;
@@ -75,8 +79,15 @@ class Objects {
   // A vehicle on four wheels, the two in front (0 and 1) at the chassis's +z end, `halfTrack` to either side of its
   // middle.
   btRaycastVehicle* vehicle(btRigidBody* chassis, btScalar halfTrack);
+  // A character that climbs steps up to this height: a ghost, which only Bullet's controller moves, as an action. What
+  // it walks into feels it as a fixed object.
+  btKinematicCharacterController* character(btConvexShape* shape, double stepHeight, const btVector3& at);
+  // How far the rays of the last substep got, as fractions, in scenes that cast some.
+  std::vector<btScalar>& seen() { return m_seen; }
 
  private:
+  struct Character;
+
   static void preTick(btDynamicsWorld* world, btScalar timeStep);
   btRigidBody* addToWorld(btRigidBody* body);
 
@@ -88,6 +99,9 @@ class Objects {
   std::vector<std::unique_ptr<btTypedConstraint>> m_joints;
   std::vector<std::unique_ptr<btVehicleRaycaster>> m_raycasters;
   std::vector<std::unique_ptr<btRaycastVehicle>> m_vehicles;
+  std::unique_ptr<btOverlappingPairCallback> m_ghostPairs;
+  std::vector<std::unique_ptr<Character>> m_characters;
+  std::vector<btScalar> m_seen;
 };
 
 // Corners of a regular prism that stands upright around the origin.

@@ -33,6 +33,7 @@ TEST(Scenes, BigOnesHaveTheBodiesOfTheirDescription) {
   EXPECT_EQ(moving("pour", {5, 4, 3}), 5 * 4 * 3);
   EXPECT_EQ(moving("junkyard", {5, 4, 3}), 5 * 4 * 3);
   EXPECT_EQ(moving("washer", {5, 4, 3}), 1 + 5 * 4 * 3);  // with the drum
+  EXPECT_EQ(moving("joint_grid", {100, 1, 100}), 10000 - 100);
 }
 
 TEST(Scenes, BenchmarkSizesOfTheBigOnes) {
@@ -50,6 +51,7 @@ TEST(Scenes, BenchmarkSizesOfTheBigOnes) {
   EXPECT_EQ(product("pour"), 100000);
   EXPECT_EQ(product("junkyard"), 3136);
   EXPECT_EQ(product("washer"), 8000);
+  EXPECT_EQ(product("joint_grid"), 10000);
 }
 
 TEST(Scenes, SizesForSoManyBodies) {
@@ -107,6 +109,63 @@ TEST(Scenes, AreFoundByTheirNamesWithAndWithoutUnderscores) {
   EXPECT_EQ(scenes::find("convexpile"), scenes::find("convex_pile"));
   EXPECT_EQ(scenes::find("no_such"), nullptr);
   EXPECT_EQ(scenes::find(""), nullptr);
+}
+
+long joints(const scenes::Scene& scene) {
+  World run;
+  scene.build(run.objects, scene.benchmark.size);
+  return run.world.getNumConstraints();
+}
+
+TEST(Scenes, ClassicOnesAreAsLargeAsInBulletsBenchmark) {
+  const auto moving = [](const std::string& name) {
+    return bodies(*scenes::find(name), scenes::find(name)->benchmark.size, true);
+  };
+  EXPECT_EQ(moving("bench1"), 8 * 47 * 8);       // 3,000 falling
+  EXPECT_EQ(moving("bench2"), 650 + 144 + 192);  // 1,000 stacked: pyramid, wall, tower
+  EXPECT_EQ(moving("bench3"), 136 * 11);
+  EXPECT_EQ(joints(*scenes::find("bench3")), 136 * 10);
+  EXPECT_EQ(moving("bench4"), 1024);
+  for (const char* name : {"bench5", "bench6", "bench7"}) EXPECT_EQ(moving(name), 1000) << name;
+}
+
+TEST(Scenes, JointsOfTheMachines) {
+  EXPECT_EQ(joints(*scenes::find("joint_grid")), 19701);
+  EXPECT_EQ(joints(*scenes::find("ragdolls")), 136 * 10);
+  EXPECT_EQ(joints(*scenes::find("bridge")), 24 * 101);
+  EXPECT_EQ(joints(*scenes::find("crane")), 32 * 13);
+  EXPECT_EQ(joints(*scenes::find("hexapod")), 16 * 16 * 12);
+}
+
+TEST(Scenes, AllRaysOfTheClassicOneAreCast) {
+  World run;
+  scenes::find("bench7")->build(run.objects, {10, 10, 10});
+  for (int i = 0; i < 3; ++i) {
+    run.world.stepSimulation(btScalar(1.0 / 60), 0);
+    ASSERT_EQ(run.objects.seen().size(), 500u);
+    for (const btScalar fraction : run.objects.seen()) EXPECT_LT(fraction, btScalar(1));  // the ground has a rim
+  }
+}
+
+TEST(Scenes, CharactersWalkUpTheirStairs) {
+  World run;
+  const scenes::Scene& scene = *scenes::find("character");
+  scene.build(run.objects, {8, 8, 1});
+  const auto ghost = [&run]() -> const btCollisionObject& {
+    for (int i = 0; i < run.world.getNumCollisionObjects(); ++i) {
+      const btCollisionObject* object = run.world.getCollisionObjectArray()[i];
+      if (object->getInternalType() == btCollisionObject::CO_GHOST_OBJECT) return *object;
+    }
+    throw std::logic_error("no character");
+  };
+  double highest = 0;
+  for (int i = 0; i < scene.steps; ++i) {
+    run.world.stepSimulation(btScalar(1.0 / 60), 0);
+    highest = std::max(highest, double(ghost().getWorldTransform().getOrigin().y()));
+  }
+  // Its middle is half its height, 0.85, over where it stands, at most a jump of 4 m/s, 0.8 m, higher.
+  EXPECT_GT(highest, 8 * 0.2 + 0.85);
+  EXPECT_LT(highest, 8 * 0.2 + 0.85 + 0.8 + 0.3);  // on a crate
 }
 
 // However the time is cut into steps: a drum that turns by 25 degrees a second at a radius of 20.

@@ -28,6 +28,7 @@ void OneStepComparison::beforeStep(const btDynamicsWorld& gpuWorld) {
 void OneStepComparison::afterStep(const btDynamicsWorld& gpuWorld, const WorldInput& input, const StepResults& results,
                                   bool converged) {
   takeKinematicStates(gpuWorld, input, m_before);
+  takeMotors(gpuWorld, m_jointsBefore);
   std::vector<BodyEnd> after;
   const btCollisionObjectArray& objects = gpuWorld.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) after.push_back(captureEnd(*objects[i]));

@@ -98,6 +98,7 @@ StepStart recordStep(btGpuDynamicsWorld& world, const std::function<void()>& ste
   step();
   if (state->engine.get() == recording) state->engine = recording->release();  // else it was lost
   takeKinematicStates(world, start.input, start.states);
+  takeMotors(world, start.joints);
   makeComplete(start);
   return start;
 }

@@ -8,6 +8,7 @@
 #include "../../gpu_engine/slots.h"
 #include "../contacts.h"
 #include "../convert.h"
+#include "joint_motors.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -49,17 +50,25 @@ void takeKinematicStates(const btCollisionWorld& world, const WorldInput& input,
   }
 }
 
+// Bullet's joints have no const functions that tell their settings.
+static btTypedConstraint* jointOf(const btDynamicsWorld& world, int i) {
+  return const_cast<btTypedConstraint*>(world.getConstraint(i));
+}
+
 std::vector<JointState> captureJoints(const btDynamicsWorld& world) {
   std::vector<JointState> states;
   for (int i = 0; i < world.getNumConstraints(); ++i) {
-    const btTypedConstraint* joint = world.getConstraint(i);
+    btTypedConstraint* joint = jointOf(world, i);
     if (!joint) continue;  // what the base class answers
-    const auto* hinge = dynamic_cast<const btHingeAccumulatedAngleConstraint*>(joint);
-    const btScalar angle =
-        hinge ? const_cast<btHingeAccumulatedAngleConstraint*>(hinge)->getAccumulatedHingeAngle() : btScalar(0);
-    states.push_back({joint->isEnabled(), angle});
+    auto* hinge = dynamic_cast<btHingeAccumulatedAngleConstraint*>(joint);
+    const btScalar angle = hinge ? hinge->getAccumulatedHingeAngle() : btScalar(0);
+    states.push_back({joint->isEnabled(), angle, motorsOf(*joint)});
   }
   return states;
+}
+
+void takeMotors(const btDynamicsWorld& world, std::vector<JointState>& states) {
+  for (size_t i = 0; i < states.size(); ++i) states[i].motors = motorsOf(*jointOf(world, static_cast<int>(i)));
 }
 
 void OracleWorld::setObjects(std::vector<btCollisionObject*> bySlot) {
@@ -90,6 +99,7 @@ void OracleWorld::setJoints(const std::vector<JointState>& states) {
     if (auto* hinge = dynamic_cast<btHingeAccumulatedAngleConstraint*>(getConstraint(i))) {
       hinge->setAccumulatedHingeAngle(state.accumulatedAngle);
     }
+    setMotors(*getConstraint(i), state.motors);
   }
 }
 

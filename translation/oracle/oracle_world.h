@@ -26,13 +26,16 @@ BodyState captureState(const btCollisionObject& object);
 // before get that of kinematic bodies from what the device was given.
 void takeKinematicStates(const btCollisionWorld& world, const WorldInput& input, std::vector<BodyState>& states);
 
-// What of a joint lives from step to step.
+// What of a joint lives from step to step, and what its motors are told to do.
 struct JointState {
   bool enabled;
-  btScalar accumulatedAngle;  // of a btHingeAccumulatedAngleConstraint
+  btScalar accumulatedAngle;     // of a btHingeAccumulatedAngleConstraint
+  std::vector<btScalar> motors;  // joint_motors.h
 };
 
 std::vector<JointState> captureJoints(const btDynamicsWorld& world);
+// Motors get their targets in callbacks of the step itself: `states` of the time before get those of the time after.
+void takeMotors(const btDynamicsWorld& world, std::vector<JointState>& states);
 
 struct Velocity {
   btVector3 linear, angular;
