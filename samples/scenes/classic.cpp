@@ -88,16 +88,20 @@ void buildStacks(Objects& o, Size n) {
 
 // ---- ragdolls
 
-// Flat pyramids of ragdolls of capsules, all upright.
+// Flat pyramids of ragdolls of capsules, which lean a little: upright ones stand on the tips of their legs until
+// rounding tips them over.
 void buildRagdollPyramids(Objects& o, Size n) {
   constexpr double kPitch = 1.8, kStorey = 1.9;
   addFloor(o, kPitch * n.x / 2 + 20, 1.5 * n.z + 20);
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> lean(-0.15, 0.15);
   for (int z = 0; z < n.z; ++z) {
     for (int row = 0; row < n.x; ++row) {
       for (int i = 0; i < n.x - row; ++i) {
+        const double yaw = lean(random), pitch = lean(random), roll = lean(random);
         const btVector3 at(s(kPitch * (i - 0.5 * (n.x - row - 1))), s(0.3 + kStorey * row),
                            s(3.0 * (z - 0.5 * (n.z - 1))));
-        addRagdoll(o, at, btQuaternion::getIdentity(), Limbs::Capsules);
+        addRagdoll(o, at, btQuaternion(s(yaw), s(pitch), s(roll)), Limbs::Capsules);
       }
     }
   }
@@ -116,10 +120,16 @@ std::vector<btVector3> barrel(double radius, double halfHeight) {
   return points;
 }
 
+// Barrels that fall upright would stand on each other.
+btTransform turned(std::mt19937& random, double x, double y, double z) {
+  return btTransform(randomRotation(random), btVector3(s(x), s(y), s(z)));
+}
+
 void buildFallingHulls(Objects& o, Size n) {
   addFloor(o, 3.0 * n.x + 2.0 * n.y, 3.0 * n.z + 2.0 * n.y);
   btConvexHullShape* hull = o.hull(barrel(1, 1.2));
-  fall(n, 3, 2, [&](double x, double y, double z) { o.add(2, hull, placedAt(x, y, z)); });
+  std::mt19937 random(10);
+  fall(n, 3, 2, [&](double x, double y, double z) { o.add(2, hull, turned(random, x, y, z)); });
 }
 
 // ---- a mesh, and rays
@@ -128,8 +138,9 @@ void rainOn(Objects& o, Size n, const std::vector<btCollisionShape*>& shapes) {
   o.world().setGravity(kGravity);
   addMesh(o, rollingLandscape({n.x + n.y / 2, 1, n.z + n.y / 2}));
   size_t next = 0;
+  std::mt19937 random(11);
   fall(n, 2, 3, [&](double x, double y, double z) {
-    btRigidBody* body = o.add(1, shapes[next++ % shapes.size()], placedAt(x, y, z));
+    btRigidBody* body = o.add(1, shapes[next++ % shapes.size()], turned(random, x, y, z));
     body->setFriction(s(0.8));
     body->setRollingFriction(s(0.1));
     body->setSpinningFriction(s(0.1));
@@ -189,6 +200,9 @@ Size stacksFor(int bodies) {
 }  // namespace
 
 std::vector<Scene> classicScenes() {
+  // As of the scenes on a landscape in terrain.cpp: N = 64 bodies or more come to rest in other hollows than stock's,
+  // and their mean height differs by 0.3 sqrt(2 / N) = 0.05 m between two right runs, of a mean of 0.4 m or more.
+  constexpr double kHollows = 0.15;
   return {
       {"bench1",
        "X by Y by Z boxes falling (Bullet's benchmark 1: 3,000)",
@@ -229,17 +243,17 @@ std::vector<Scene> classicScenes() {
       {"bench5",
        "X by Y by Z boxes, spheres and capsules on a mesh (benchmark 5)",
        {5, 4, 5},
-       300,
+       400,
        kStep,
-       {20, -1.2, Rest::AsStock},
+       {20, -1.2, Rest::AsStock, kHollows},
        buildPrimitivesOnMesh,
        {{10, 10, 10}, 240, layersOf(10)}},
       {"bench6",
        "X by Y by Z convex hulls on a mesh (benchmark 6)",
        {4, 4, 4},
-       300,
+       400,
        kStep,
-       {20, -1.2, Rest::AsStock},
+       {20, -1.2, Rest::AsStock, kHollows},
        buildHullsOnMesh,
        {{10, 10, 10}, 240, layersOf(10)}},
       {"bench7",

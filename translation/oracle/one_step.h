@@ -124,6 +124,7 @@ class OneStepCheck {
  private:
   void startStep(const StepRecord& step);
   Check ofResidual() const;
+  Check ofEnergy() const;
   Check ofShare(const char* name, const Measure& m) const;
   void compareContacts();
   using ShapePair = OracleWorld::ShapePair;
@@ -163,7 +164,9 @@ class OneStepCheck {
   Measure m_missing, m_depth, m_normal, m_free, m_single, m_pose, m_lost, m_sleep;
   BodyDifference m_worstBody;
   JointDifference m_worstJoint;
-  double m_addedEnergy = 0, m_enteringEnergy = 0;
+  // Sums over the run; `sampled`, of stock's rows in reverse order: in the steps where both were run.
+  double m_addedEnergy = 0, m_enteringEnergy = 0, m_sampledAdded = 0, m_sampledEntering = 0;
+  double m_lastEntering = 0, m_lastAllowed = 0;  // energy of the last step
   int m_steps = 0;
   Residual m_ourResidual, m_stockResidual;  // all steps
   RatioSpread m_residualSpread, m_distanceSpread;
