@@ -14,7 +14,6 @@
 #include <vector>
 
 class btKinematicCharacterController;
-class btPairCachingGhostObject;
 
 namespace scenes {
 

@@ -8,8 +8,9 @@ namespace btgpu::tool {
 
 // Nothing ever leaves these worlds: object i is slot i of the device.
 OneStepComparison::OneStepComparison(const Builder& build, const scenes::Expectations& expectations, btScalar timeStep)
-    : m_contents(build(m_oracle)), m_check(m_oracle, expectations.otherDepths,
-              expectations.scattered ? Limits::WithChance : Limits::Exact), m_timeStep(timeStep) {
+    : m_contents(build(m_oracle)),
+      m_check(m_oracle, expectations.otherDepths, expectations.scattered ? Limits::WithChance : Limits::Exact),
+      m_timeStep(timeStep) {
   const btCollisionObjectArray& objects = m_oracle.getCollisionObjectArray();
   std::vector<btCollisionObject*> bySlot;
   for (int i = 0; i < objects.size(); ++i) bySlot.push_back(objects[i]);
