@@ -305,7 +305,7 @@ TEST(Shapes, BoundsAreBullets) {
       const btQuaternion q = pose.getRotation();
       const float4 orientation{float(q.x()), float(q.y()), float(q.z()), float(q.w())};
       const reference::Bounds ours = reference::shapeBounds(
-          shapeOf(w, body), {1, 2, 3}, reference::rotationOf(orientation), w.device.hulls.vertices);
+          shapeOf(w, body), {1, 2, 3}, reference::rotationOf(orientation), w.reader.input().hulls.vertices);
       btVector3 lower, upper;
       shape->getAabb(pose, lower, upper);
       for (int k = 0; k < 3; ++k) {
