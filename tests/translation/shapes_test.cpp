@@ -303,6 +303,7 @@ TEST(Shapes, BoundsAreBullets) {
       btRigidBody* body = w.add(1, shape, btVector3(0, 0, 0));
       w.step();
       EXPECT_EQ(w.hostText(), "");
+      if (shapeOf(w, body).type == SHAPE_SUM) continue;  // bounded by its box: read_shapes.cpp says why
       const btQuaternion q = pose.getRotation();
       const float4 orientation{float(q.x()), float(q.y()), float(q.z()), float(q.w())};
       const reference::Bounds ours = reference::shapeBounds(
