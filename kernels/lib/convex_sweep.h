@@ -112,8 +112,9 @@ LIB int sweepAgainst(Sweep s, Shape shape, SweepTarget target, Hulls hulls, floa
   if (!(lengthSqr3(start) > 0.0f)) start = vec3(1.0f, 0.0f, 0.0f);
   SweepGap gap;
   float fraction = 0.0f;
-  if (!gapBetween(shape, at, target, hulls, speed * best + 2.0f * SWEEP_NEAR, &start, &gap)) return 0;
   for (int n = 0;; ++n) {
+    at = placeOnWay(s, fraction);
+    if (!gapBetween(shape, at, target, hulls, speed * (best - fraction) + 2.0f * SWEEP_NEAR, &start, &gap)) return 0;
     const float distance = gap.normal.w + s.allowedPenetration;
     const float closing = s.turn.w - dot3(along, gap.normal);
     if ((n == 0 || distance > SWEEP_NEAR) && !(closing > BTGPU_EPSILON)) return 0;  // it moves away
@@ -122,8 +123,6 @@ LIB int sweepAgainst(Sweep s, Shape shape, SweepTarget target, Hulls hulls, floa
     const float next = fraction + distance / closing;
     if (!(next > fraction) || next > best) return 0;
     fraction = next;
-    at = placeOnWay(s, fraction);
-    if (!gapBetween(shape, at, target, hulls, speed * (best - fraction) + 2.0f * SWEEP_NEAR, &start, &gap)) return 0;
   }
   hit->normal = withW(gap.normal, fraction);
   hit->point = gap.point;
@@ -174,40 +173,50 @@ LIB Aabb sweepBoxInMesh(Sweep s, ItemPose pose, float margin) {
   return box;
 }
 
-// 1 if a triangle is met at `best` or before; of several at the same fraction the one with the lowest index.
-LIB int sweepAgainstMesh(Sweep s, Shape shape, Shape meshShape, ItemPose pose, SweepShapes q, float best,
-                         REF(SweepHit) hit) {
+LIB SweepTarget shapeTarget(Shape shape, ItemPose pose) {
+  SweepTarget target;
+  target.shape = shape;
+  target.isTriangle = 0;
+  target.pose = pose;
+  target.a = target.b = target.c = vec3(0.0f, 0.0f, 0.0f);
+  return target;
+}
+
+LIB void startAtTriangles(REF(MeshWalk) walk, REF(Way) way, Sweep s, Shape meshShape, ItemPose pose, SweepShapes q,
+                          float best) {
   const Mesh mesh = q.meshes[meshShape.firstVertex];
   const float4 from = toLocalDirection(pose, s.from - originOf(pose));
   const float4 to = toLocalDirection(pose, s.to - originOf(pose));
   const Aabb box = sweepBoxInMesh(s, pose, meshShape.margin);
-  const Way way = wayInGrid(mesh, from, to, box.lower, box.upper);
-  int found = -1;
+  *way = wayInGrid(mesh, from, to, box.lower, box.upper);
+  startAtMesh(walk, mesh, q.meshNodes, *way, best);
+}
+
+// 1 if the shape, or one of a mesh's triangles, is met at `best` or before; of several triangles at the same fraction the
+// one with the lowest index. The only place that asks sweepAgainst: compilers for GPUs make a copy of it for each, and
+// take minutes.
+LIB int sweepAgainstShape(Sweep s, Shape shape, Shape target, ItemPose pose, SweepShapes q, float best,
+                          REF(SweepHit) hit) {
+  const int isMesh = target.type == SHAPE_MESH;
   MeshWalk walk;
-  startAtMesh(&walk, mesh, q.meshNodes, way, best);
-  while (true) {
-    const int link = nextTriangle(&walk, q.meshNodes, way, best);
-    if (link < 0) break;
-    const SweepTarget target = triangleTarget(q.meshTriangles[mesh.firstTriangle + link], pose, meshShape);
+  Way way;
+  if (isMesh) startAtTriangles(&walk, &way, s, target, pose, q, best);
+  SweepTarget at = shapeTarget(target, pose);
+  int found = -1, link = 0;
+  do {
+    if (isMesh) {
+      link = nextTriangle(&walk, q.meshNodes, way, best);
+      if (link < 0) break;
+      at = triangleTarget(q.meshTriangles[q.meshes[target.firstVertex].firstTriangle + link], pose, target);
+    }
     SweepHit there = *hit;
-    if (!sweepAgainst(s, shape, target, q.hulls, best, &there)) continue;
+    if (!sweepAgainst(s, shape, at, q.hulls, best, &there)) continue;
     if (!(there.normal.w < best || found < 0 || link < found)) continue;
     found = link;
     best = there.normal.w;
     *hit = there;
-  }
+  } while (isMesh);
   return found >= 0;
-}
-
-LIB int sweepAgainstShape(Sweep s, Shape shape, Shape target, ItemPose pose, SweepShapes q, float best,
-                          REF(SweepHit) hit) {
-  if (target.type == SHAPE_MESH) return sweepAgainstMesh(s, shape, target, pose, q, best, hit);
-  SweepTarget at;
-  at.isTriangle = 0;
-  at.shape = target;
-  at.pose = pose;
-  at.a = at.b = at.c = vec3(0.0f, 0.0f, 0.0f);
-  return sweepAgainst(s, shape, at, q.hulls, best, hit);
 }
 
 // Whether a child of a compound is asked at all.

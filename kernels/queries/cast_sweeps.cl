@@ -47,15 +47,21 @@ KERNEL castSweeps(CHECKS uint sweepCount, uint treeCount, uint itemCount, __cons
     const Sweep sweep = sweeps[i];
     SweepHit best = noSweepHit();
     if (sweep.shape >= 0) {
-      for (uint k = treeCount; k < itemCount; ++k) sweepItem(k, items, q, sweep, &best);
       const Way way = wayOfBox(sweep.from, sweep.to, sweep.lower, sweep.upper);
       RayStack stack;
       float enter;
       startAtRoot(WITH_CHECKS &stack, treeCount, levels, nodes, way);
+      uint unbounded = treeCount;
       while (true) {
-        const uint place = nextItem(WITH_CHECKS &stack, levels, nodes, way, best.normal.w, &enter);
-        if (place == NO_INDEX) break;
-        sweepItem(AT(order, place), items, q, sweep, &best);
+        uint item = unbounded;
+        if (unbounded < itemCount) {
+          ++unbounded;
+        } else {
+          const uint place = nextItem(WITH_CHECKS &stack, levels, nodes, way, best.normal.w, &enter);
+          if (place == NO_INDEX) break;
+          item = AT(order, place);
+        }
+        sweepItem(item, items, q, sweep, &best);
       }
     }
     AT(hits, i) = best;

@@ -269,20 +269,16 @@ TEST(CommandLine, NoDeviceIsNotCompared) {
 // What the CPU does inside the device's steps is listed, and compared like the rest.
 TEST(CommandLine, SharesOfTheCpuAreListed) {
   const TemporaryFolder folder;
-  const std::string path = folder.file("compound.bullet"), jsonPath = folder.file("result.json");
-  btTriangleMesh triangles;
-  triangles.addTriangle(btVector3(-50, 0, -50), btVector3(-50, 0, 50), btVector3(50, 0, 0));
-  btBvhTriangleMeshShape mesh(&triangles, true);
-  btCompoundShape compound;
-  compound.addChildShape(btTransform::getIdentity(), &mesh);
+  const std::string path = folder.file("joint.bullet"), jsonPath = folder.file("result.json");
   writeWorld(path, [&](scenes::Objects& o) {
-    o.add(0, &compound, btVector3(0, 0, 0));
-    o.add(1, o.box(btVector3(1, 1, 1)), btVector3(0, 1, 0));
-    o.add(1, o.sphere(1), btVector3(5, 1, 0));
+    o.add(0, o.box(btVector3(50, 1, 50)), btVector3(0, -1, 0));
+    btRigidBody* box = o.add(1, o.box(btVector3(1, 1, 1)), btVector3(0, 1, 0));
+    btRigidBody* ball = o.add(1, o.sphere(1), btVector3(5, 1, 0));
+    o.joint<btPoint2PointConstraint>(false, *box, *ball, btVector3(1, 0, 0), btVector3(-4, 0, 0));
   });
   const Finished run = tool({"compare", path, "--steps", "30", "--json", jsonPath});
   EXPECT_EQ(run.exitCode, 0) << run.out << run.err;
-  EXPECT_TRUE(contains(run.out, "  on the CPU: Compound shape")) << run.out;
+  EXPECT_TRUE(contains(run.out, "  on the CPU: joints")) << run.out;
   const json result = json::parse(readFile(jsonPath));
   EXPECT_EQ(result.at("deviceSteps"), 30);
   ASSERT_EQ(result.at("fallbacks").size(), 1u);
