@@ -10,7 +10,7 @@
 namespace btgpu {
 
 // The order in which Bullet solves joints, as far as it can be known before the contacts are: sorted by island
-// (docs/decisions/0028-order-of-joints.md). A chain of any length comes out in an order in which few have to wait.
+// (docs/decisions/0026-order-of-joints.md). A chain of any length comes out in an order in which few have to wait.
 std::vector<uint> orderOfJoints(const std::vector<Joint>& joints, uint bodyCount);
 
 // Joints of one colour move different bodies. If few colours suffice, each joint comes after all those before it in
