@@ -248,8 +248,16 @@ LIB float4 sumSupport(Core core, Hulls hulls, float4 direction) {
   return sum;
 }
 
+// A kernel in which the compiler would copy it to too many places, and take half a minute (NVIDIA's), says so before it
+// includes this.
+#ifdef BTGPU_SUPPORT_BY_CALL
+#define SUPPORT_LIB static __attribute__((noinline))
+#else
+#define SUPPORT_LIB LIB
+#endif
+
 // Of any core: its point farthest along the direction, in its own axes. The one place that knows all shapes.
-LIB float4 coreSupportPoint(Core core, Hulls hulls, float4 direction) {
+SUPPORT_LIB float4 coreSupportPoint(Core core, Hulls hulls, float4 direction) {
   if (IS_CURVED(core)) {
     if (core.curved == SHAPE_SUM) return sumSupport(core, hulls, direction);
     return core.curved == SHAPE_MULTI_SPHERE ? spheresSupport(core, hulls, direction) : roundSupport(core, direction);

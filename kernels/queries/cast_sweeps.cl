@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Convex shapes on their way through a tree over items (lib/ray_tree.h). A work item does a sweep.
 #define BTGPU_CURVED
+#define BTGPU_SUPPORT_BY_CALL
 #define BTGPU_TRIANGLE_CORES
 #include "../lib/convex_sweep.h"
 #include "../lib/ray_tree.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #define BTGPU_CURVED
+#define BTGPU_SUPPORT_BY_CALL
 #include "../lib/closest_points.h"
 #include "../lib/kernel.h"
 
