@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // The smallest application: one class name differs from a program for stock Bullet.
 #include <btGpuDynamicsWorld.h>
+#include <btGpuSoftRigidDynamicsWorld.h>
 
 #include <cstdio>
 
