@@ -69,7 +69,7 @@ Vec coreExtents(const Shape& s, double margin) {
 Vec sumSupport(const Shape& s, const HullArrays& hulls, Vec d) {
   Vec sum = vertexAt(hulls, s, 0);
   for (int i = 1; i < s.vertexCount;) {
-    const float4* head = &hulls.vertices[static_cast<size_t>(s.firstVertex + i)];
+    const float4* head = &hulls.vertices[static_cast<size_t>(s.firstVertex) + static_cast<size_t>(i)];
     const Matrix turn = rotationOf(head[0]);
     const Vec inTerm = transposed(turn) * d;
     Shape term{};

@@ -9,7 +9,7 @@
 
 BTGPU_BEGIN
 
-#define TRIANGLE_EDGE -1e-4f  // of the squared area: how far outside of a triangle it is still hit
+#define TRIANGLE_EDGE (-1e-4f) // of the squared area: how far outside of a triangle it is still hit
 // Boxes of a mesh's tree are grown by a step of its grid, more than rounding puts a ray's end off; by the share of their
 // size by which a point may lie outside of a triangle and count: twice the share of its area; and where a ray leaves
 // them by three times what is lost in a product of numbers that were rounded five times.

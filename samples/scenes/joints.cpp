@@ -155,7 +155,9 @@ void buildCrane(Objects& o, Size n) {
 void buildJointGrid(Objects& o, Size n) {
   o.world().setGravity(kGravity);
   btSphereShape* ball = o.sphere(s(0.4));
-  const auto index = [n](int x, int z) { return static_cast<size_t>(z * n.x + x); };
+  const auto index = [n](int x, int z) {
+    return static_cast<size_t>(z) * static_cast<size_t>(n.x) + static_cast<size_t>(x);
+  };
   for (int z = 0; z < n.z; ++z) {
     for (int x = 0; x < n.x; ++x) o.add(z == 0 ? 0 : 1, ball, placedAt(x - 0.5 * (n.x - 1), 0, z));
   }
