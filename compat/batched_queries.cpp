@@ -56,14 +56,6 @@ class RayBatch {
   Ray toDevice(const btGpuRay& ray) const;
   void takeHits(std::size_t first, std::size_t count);
   void askHost(std::size_t first, std::size_t count);
-  template <typename Work>
-  void forEach(std::size_t count, bool atOnce, const Work& work) {
-    if (atOnce) {
-      parallelFor(count, kBatchGrain, work);
-    } else {
-      work(0, count);
-    }
-  }
 
   const btDiscreteDynamicsWorld& m_world;
   const btCollisionObjectArray& m_objects;
@@ -83,12 +75,7 @@ Ray RayBatch::toDevice(const btGpuRay& ray) const {
   out.filterMask = ray.m_collisionFilterMask;
   out.flags = ray.m_flags & (RAY_FILTER_BACKFACES | RAY_KEEP_UNFLIPPED_NORMAL | RAY_ALL_TRIANGLES);
   if (!isRay(ray) || isForHost(ray)) out.flags |= RAY_OFF;
-  out.ignored = NO_INDEX;
-  if (ray.m_ignoredObject) {
-    // Its place may be looked up only if it is still there.
-    const int place = m_state.queries.positionOf(ray.m_ignoredObject);
-    if (place >= 0) out.ignored = static_cast<std::uint32_t>(place);
-  }
+  out.ignored = placeOfIgnored(m_state.queries, ray.m_ignoredObject);
   return out;
 }
 
@@ -136,7 +123,7 @@ void RayBatch::takeHits(std::size_t first, std::size_t count) {
 void RayBatch::askHost(std::size_t first, std::size_t count) {
   const Zone zone("raysOnHost");
   const RayResults& r = m_state.rayResults;
-  forEach(count, m_threads, [&](std::size_t begin, std::size_t end) {
+  forEachQuery(count, m_threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t from = r.hostFirst[i], to = r.hostFirst[i + 1];
       if (from == to) continue;
@@ -156,7 +143,7 @@ void RayBatch::askHost(std::size_t first, std::size_t count) {
 // The rays that `only` lets through.
 void RayBatch::castOnHost(std::size_t first, std::size_t last, bool only(const btGpuRay&)) {
   const Zone zone("raysOnHost");
-  forEach(last - first, canCastAtOnce(m_world), [&](std::size_t begin, std::size_t end) {
+  forEachQuery(last - first, canCastAtOnce(m_world), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = first + begin; i < first + end; ++i) {
       if (only(m_rays[i]))
         give(isRay(m_rays[i]) ? castThroughWorld(m_world, toHost(m_rays[i])) : HostRayHit(), m_hits[i]);

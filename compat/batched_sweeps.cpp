@@ -80,14 +80,6 @@ class SweepBatch {
   Sweep toDevice(const btGpuSweep& sweep) const;
   void takeHits(std::size_t first, std::size_t count);
   void askHost(std::size_t first, std::size_t count);
-  template <typename Work>
-  void forEach(std::size_t count, bool atOnce, const Work& work) {
-    if (atOnce) {
-      parallelFor(count, kBatchGrain, work);
-    } else {
-      work(0, count);
-    }
-  }
 
   const btDiscreteDynamicsWorld& m_world;
   const btCollisionObjectArray& m_objects;
@@ -118,10 +110,7 @@ Sweep SweepBatch::toDevice(const btGpuSweep& sweep) const {
   out.filterGroup = sweep.m_collisionFilterGroup;
   out.filterMask = sweep.m_collisionFilterMask;
   out.allowedPenetration = static_cast<float>(sweep.m_allowedCcdPenetration);
-  if (sweep.m_ignoredObject) {
-    const int place = m_state.sweepQueries.positionOf(sweep.m_ignoredObject);
-    if (place >= 0) out.ignored = static_cast<std::uint32_t>(place);
-  }
+  out.ignored = placeOfIgnored(m_state.sweepQueries, sweep.m_ignoredObject);
   return out;
 }
 
@@ -135,7 +124,7 @@ bool SweepBatch::castOnDevice(Engine& engine, QueryBounds bounds) {
   for (std::size_t first = 0; first < m_count; first += kSweeps) {
     const std::size_t n = std::min(kSweeps, m_count - first);
     m_state.deviceSweeps.resize(n);
-    forEach(n, m_bear, [&](std::size_t begin, std::size_t end) {
+    forEachQuery(n, m_bear, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) m_state.deviceSweeps[i] = toDevice(m_sweeps[first + i]);
     });
     const Zone zone("castSweeps");
@@ -169,7 +158,7 @@ void SweepBatch::takeHits(std::size_t first, std::size_t count) {
 void SweepBatch::askHost(std::size_t first, std::size_t count) {
   const Zone zone("sweepsOnHost");
   const SweepResults& r = m_state.sweepResults;
-  forEach(count, m_bear && bearsThreads(m_objects), [&](std::size_t begin, std::size_t end) {
+  forEachQuery(count, m_bear && bearsThreads(m_objects), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t from = r.hostFirst[i], to = r.hostFirst[i + 1];
       if (from == to) continue;
@@ -188,7 +177,7 @@ void SweepBatch::askHost(std::size_t first, std::size_t count) {
 std::size_t SweepBatch::castOnHost(bool all) {
   const Zone zone("sweepsOnHost");
   const auto isMine = [&](const btGpuSweep& sweep) { return all || (isSweep(sweep) && !isForDevice(sweep)); };
-  forEach(m_count, m_bear && canCastAtOnce(m_world), [&](std::size_t begin, std::size_t end) {
+  forEachQuery(m_count, m_bear && canCastAtOnce(m_world), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (!isMine(m_sweeps[i])) continue;
       m_hits[i] = btGpuSweepHit();

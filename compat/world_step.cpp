@@ -235,26 +235,24 @@ const char* WorldStep::overriddenStage() const {
 // motion states: then contacts and the host's broadphase are brought up to date after the last substep only, and the
 // device goes on meanwhile.
 bool WorldStep::mayBatchSubsteps() const {
-  const auto& state = m_state;
-  const btGpuSettings& settings = state->settings;
+  const btGpuSettings& settings = m_state->settings;
   // Of bodies at rest the broadphase would miss how they came there.
   const bool hostAabbs =
       settings.m_hostQueries && (!m_world.getForceUpdateAllAabbs() || overrides(&WorldMembers::updateAabbs));
   return !(m_world.*&WorldMembers::m_internalPreTickCallback) && !(m_world.*&WorldMembers::m_internalTickCallback) &&
-         m_actions.size() == 0 && m_constraints.size() == 0 && state->reader.hostShares().empty() &&
-         state->reader.sweptBodies().empty() && !m_world.getPairCache()->getOverlapFilterCallback() &&
-         !hasPairCallback(m_world) && !hostAabbs && !settings.m_keepContacts && !crossCheckOf(*state) &&
+         m_actions.size() == 0 && m_constraints.size() == 0 && m_state->reader.hostShares().empty() &&
+         m_state->reader.sweptBodies().empty() && !m_world.getPairCache()->getOverlapFilterCallback() &&
+         !hasPairCallback(m_world) && !hostAabbs && !settings.m_keepContacts && !crossCheckOf(*m_state) &&
          !(settings.m_contacts && (gContactStartedCallback || gContactEndedCallback || gContactDestroyedCallback)) &&
          !gContactAddedCallback && !gContactProcessedCallback &&
          !overrides(&WorldMembers::internalSingleStepSimulation) && !overrides(&WorldMembers::synchronizeMotionStates);
 }
 
 void WorldStep::run(btScalar timeStep) {
-  const auto& state = m_state;
-  const WorldScope scope(state->zones);
+  const WorldScope scope(m_state->zones);
   const Zone zone("internalSingleStepSimulation");
-  if (state->zones.profile()) state->zones.profile()->countStep();
-  state->substeps.startSubstep(double(timeStep));
+  if (m_state->zones.profile()) m_state->zones.profile()->countStep();
+  m_state->substeps.startSubstep(double(timeStep));
   if (const btInternalTickCallback preTick = m_world.*&WorldMembers::m_internalPreTickCallback) {
     const Zone callbackZone("preTickCallback");
     preTick(&m_world, timeStep);
@@ -276,120 +274,121 @@ void WorldStep::run(btScalar timeStep) {
 // One step on the device, up to the point where stock has integrated the transforms. False if the stock path
 // has to do it; Bullet's objects are then as before.
 bool WorldStep::runOnDevice(btScalar timeStep) {
-  const auto& state = m_state;
-  if (state->small.isSmall(m_bodies.size(), lastManifolds(*state, *m_world.getDispatcher()))) {
-    ++state->statistics.m_smallSteps;
+  if (m_state->small.isSmall(m_bodies.size(), lastManifolds(*m_state, *m_world.getDispatcher()))) {
+    ++m_state->statistics.m_smallSteps;
     return false;
   }
   FallbackList missing;
-  if (state->settings.m_stockOnly) missing.add("device", "turned off by setting");
+  if (m_state->settings.m_stockOnly) missing.add("device", "turned off by setting");
   if (const char* stage = overriddenStage()) missing.add("world", std::string("its class overrides ") + stage);
   checkWorld(m_world, timeStep, missing);
   m_world.getDispatchInfo().m_timeStep = timeStep;
   m_world.getDispatchInfo().m_stepCount = 0;
   m_world.getDispatchInfo().m_debugDraw = m_world.getDebugDrawer();
-  bool hostPairsDone = missing.empty() && state->settings.m_hostQueries && hasPairCallback(m_world);
+  bool hostPairsDone = missing.empty() && m_state->settings.m_hostQueries && hasPairCallback(m_world);
   if (hostPairsDone) updateHostBroadphase(timeStep);
   Stopwatch watch;
-  if (missing.empty() && state->engineRetry.due()) {
-    state->engineError.clear();
-    state->forgetWorld();
+  if (missing.empty() && m_state->engineRetry.due()) {
+    m_state->engineError.clear();
+    m_state->forgetWorld();
   }
   // Where there is no device, the world need not be read to know it.
-  if (missing.empty() && !state->engineError.empty()) missing.add("device", state->engineError);
-  if (missing.empty()) state->reader.read(m_world, missing, state->fallbacks);
-  if (missing.empty() && !engineOf(*state)) missing.add("device", state->engineError);
-  if (missing.empty() && (state->reader.hostBodiesChanged() || !state->reader.hostShares().empty())) catchUpContacts();
+  if (missing.empty() && !m_state->engineError.empty()) missing.add("device", m_state->engineError);
+  if (missing.empty()) m_state->reader.read(m_world, missing, m_state->fallbacks);
+  if (missing.empty() && !engineOf(*m_state)) missing.add("device", m_state->engineError);
+  if (missing.empty() && (m_state->reader.hostBodiesChanged() || !m_state->reader.hostShares().empty()))
+    catchUpContacts();
   // Not before it is known that the step runs on the device: callbacks of the narrowphase would be called twice.
   if (missing.empty()) hostPairsDone = findHostContacts(timeStep, hostPairsDone, missing);
   if (missing.empty()) {
-    state->joints.read(m_world, timeStep, state->reader, missing, btScalar(jointLead(state->settings)) * timeStep);
+    m_state->joints.read(m_world, timeStep, m_state->reader, missing,
+                         btScalar(jointLead(m_state->settings)) * timeStep);
   }
   if (!missing.empty()) {
-    state->fallbacks.addStep(missing);
+    m_state->fallbacks.addStep(missing);
     return false;
   }
 
-  WorldInput& input = state->reader.input();
-  const bool contacts = state->settings.m_contacts;
-  const bool fromStock = state->lastPath == Path::Stock;
+  WorldInput& input = m_state->reader.input();
+  const bool contacts = m_state->settings.m_contacts;
+  const bool fromStock = m_state->lastPath == Path::Stock;
   // Pairs that the host collided until now bring their impulses, if the dispatcher has those of all pairs.
-  if (fromStock || (contacts && state->lastPath == Path::Device && state->reader.hostBodiesChanged())) {
+  if (fromStock || (contacts && m_state->lastPath == Path::Device && m_state->reader.hostBodiesChanged())) {
     input.replaceManifolds = true;
-    input.manifolds = readManifolds(*m_world.getDispatcher(), state->reader, m_predictive);
+    input.manifolds = readManifolds(*m_world.getDispatcher(), m_state->reader, m_predictive);
   }
-  if (fromStock) state->contacts.forget();
+  if (fromStock) m_state->contacts.forget();
   if (!contacts) {
-    releaseStockManifolds(m_world, *state);
-    state->contacts.forget();
+    releaseStockManifolds(m_world, *m_state);
+    m_state->contacts.forget();
   }
   StepSettings settings = readSettings(m_world, timeStep);
-  chooseSolver(state->settings, settings);
-  settings.pairFinder = pairFinderOf(state->settings);
+  chooseSolver(m_state->settings, settings);
+  settings.pairFinder = pairFinderOf(m_state->settings);
   settings.contacts = contacts;
-  settings.allContacts = state->contacts.isFresh();
+  settings.allContacts = m_state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
-  const std::shared_ptr<CrossCheck> check = crossCheckOf(*state);
+  const std::shared_ptr<CrossCheck> check = crossCheckOf(*m_state);
   const bool checked = check && check->isDue();
-  settings.keepContacts = state->settings.m_keepContacts || checked;
-  if (!hostPairsDone && mayBatchSubsteps()) settings.substepsToFollow = state->substeps.toFollow();
+  settings.keepContacts = m_state->settings.m_keepContacts || checked;
+  if (!hostPairsDone && mayBatchSubsteps()) settings.substepsToFollow = m_state->substeps.toFollow();
   const bool last = settings.substepsToFollow == 0;
   m_world.getSolverInfo().m_timeStep = timeStep;
 
   const double reading = watch.lap();
   if (checked) {
     const Zone zone("crosscheck");
-    check->beforeStep(m_world, state->reader, state->joints, *state->engine, state->lastPath == Path::Device,
-                      state->results);
+    check->beforeStep(m_world, m_state->reader, m_state->joints, *m_state->engine, m_state->lastPath == Path::Device,
+                      m_state->results);
     watch.lap();
   }
-  state->engine->setZoneSink(currentZoneSink());
+  m_state->engine->setZoneSink(currentZoneSink());
   Status status = [&] {
     const Zone zone("beginStep");
-    return state->engine->beginStep(input, settings);
+    return m_state->engine->beginStep(input, settings);
   }();
   if (status == Status::Ok) {
     // The device works while the host finds its own pairs; pair callbacks come here, as in stock before the
     // solver.
     try {
-      if (last && state->settings.m_hostQueries && !hostPairsDone) updateHostBroadphase(timeStep);
+      if (last && m_state->settings.m_hostQueries && !hostPairsDone) updateHostBroadphase(timeStep);
     } catch (...) {
-      abandonStep(*state);
+      abandonStep(*m_state);
       throw;
     }
-    state->statistics.m_deviceMs = watch.lap();
+    m_state->statistics.m_deviceMs = watch.lap();
     {
       const Zone zone("finishStep");
-      status = state->engine->finishStep(state->results);
+      status = m_state->engine->finishStep(m_state->results);
     }
-    state->statistics.m_waitMs = watch.lap();
-    state->statistics.m_deviceMs += state->statistics.m_waitMs;
+    m_state->statistics.m_waitMs = watch.lap();
+    m_state->statistics.m_deviceMs += m_state->statistics.m_waitMs;
   }
   if (status != Status::Ok) {
-    loseEngine(*state);
-    missing.add("device", state->engineError);
-    state->fallbacks.addStep(missing);
+    loseEngine(*m_state);
+    missing.add("device", m_state->engineError);
+    m_state->fallbacks.addStep(missing);
     return false;
   }
-  state->hostContacts.writeBack(state->results);
+  m_state->hostContacts.writeBack(m_state->results);
   if (contacts && last) {
-    state->contacts.write(m_world, state->reader, state->results, state->hostContacts.manifoldCount(),
-                          !state->settings.m_hostQueries);
+    m_state->contacts.write(m_world, m_state->reader, m_state->results, m_state->hostContacts.manifoldCount(),
+                            !m_state->settings.m_hostQueries);
   }
-  state->contactsBehind = contacts && !last;
-  if (settings.solver == Solver::Fast) state->joints.remember(state->results.jointImpulses);
-  writeBackJoints(m_world, state->joints, input, state->results, timeStep);
+  m_state->contactsBehind = contacts && !last;
+  if (settings.solver == Solver::Fast) m_state->joints.remember(m_state->results.jointImpulses);
+  writeBackJoints(m_world, m_state->joints, input, m_state->results, timeStep);
   writeBackBodies(timeStep);
-  state->reader.acceptResults(state->results);
-  keepStatistics(*state);
-  reportShares(*state, m_actions.size());
-  state->statistics.m_translateMs = reading + watch.lap();
-  state->lastPath = Path::Device;
+  m_state->reader.acceptResults(m_state->results);
+  keepStatistics(*m_state);
+  reportShares(*m_state, m_actions.size());
+  m_state->statistics.m_translateMs = reading + watch.lap();
+  m_state->lastPath = Path::Device;
   if (checked) {
     const Zone zone("crosscheck");
     const btGpuCrosscheckStep step =
-        check->afterStep(state->reader, state->joints, state->results, timeStep, !settings.hostActivation);
-    const auto callback = state->settings.m_crosscheckCallback;
+        check->afterStep(m_state->reader, m_state->joints, m_state->results, timeStep, !settings.hostActivation);
+    const auto callback = m_state->settings.m_crosscheckCallback;
     if (callback) callback(step);
   } else if (check) {
     check->skipStep();
@@ -401,26 +400,25 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
 // filters, and what is in the way of fast bodies. It needs the host's broadphase, whatever the settings say. Returns
 // whether that is current now.
 bool WorldStep::findHostContacts(btScalar timeStep, bool hostPairsDone, FallbackList& missing) {
-  const auto& state = m_state;
-  WorldInput& input = state->reader.input();
-  const bool contacts = !state->reader.hostShares().empty(), swept = !state->reader.sweptBodies().empty();
+  WorldInput& input = m_state->reader.input();
+  const bool contacts = !m_state->reader.hostShares().empty(), swept = !m_state->reader.sweptBodies().empty();
   (m_world.*&WorldMembers::releasePredictiveContacts)();
-  state->hostContacts.clear(input);
+  m_state->hostContacts.clear(input);
   input.onlyListedPairs = m_world.getPairCache()->getOverlapFilterCallback() != nullptr;
   if (!contacts && !swept && !input.onlyListedPairs) return hostPairsDone;
   if (!hostPairsDone) updateHostBroadphase(timeStep);
   const Zone zone("hostContacts");
-  if (contacts) state->hostContacts.find(m_world, state->reader);
+  if (contacts) m_state->hostContacts.find(m_world, m_state->reader);
   // The callback may have changed bodies.
   if (contacts && (gContactAddedCallback || gContactProcessedCallback)) {
-    state->reader.read(m_world, missing, state->fallbacks);
+    m_state->reader.read(m_world, missing, m_state->fallbacks);
   }
   if (swept) {
     predictContacts(timeStep);
-    state->hostContacts.add(m_predictive, state->reader);
+    m_state->hostContacts.add(m_predictive, m_state->reader);
   }
-  state->hostContacts.fill(input, state->reader, missing);
-  if (input.onlyListedPairs) state->pairFilter.listPairs(m_world, state->reader);
+  m_state->hostContacts.fill(input, m_state->reader, missing);
+  if (input.onlyListedPairs) m_state->pairFilter.listPairs(m_world, m_state->reader);
   return true;
 }
 
@@ -443,12 +441,11 @@ void WorldStep::predictContacts(btScalar timeStep) {
 
 // Fast bodies that ask for it go no farther than to what they hit (btDiscreteDynamicsWorld::integrateTransforms).
 void WorldStep::writeBackBodies(btScalar timeStep) {
-  const auto& state = m_state;
-  const std::vector<std::uint32_t> fast = fastBodies(state->reader, state->results, timeStep);
+  const std::vector<std::uint32_t> fast = fastBodies(m_state->reader, m_state->results, timeStep);
   if (fast.empty()) {
-    btgpu::writeBackBodies(state->reader, state->results, timeStep);
+    btgpu::writeBackBodies(m_state->reader, m_state->results, timeStep);
   } else {
-    writeBackInOrder(state->reader, state->results, timeStep, m_bodies, fast, [this, timeStep](btRigidBody& body) {
+    writeBackInOrder(m_state->reader, m_state->results, timeStep, m_bodies, fast, [this, timeStep](btRigidBody& body) {
       btRigidBody* one = &body;
       (m_world.*&WorldMembers::integrateTransformsInternal)(&one, 1, timeStep);
     });
@@ -464,15 +461,14 @@ void WorldStep::writeBackBodies(btScalar timeStep) {
 // Brings the dispatcher's manifolds to where the last substep left them, if that was not the last of its batch:
 // something in between made the host's part in the next one larger.
 void WorldStep::catchUpContacts() {
-  const auto& state = m_state;
-  if (!state->contactsBehind || !state->engine) return;
+  if (!m_state->contactsBehind || !m_state->engine) return;
   const Zone zone("catchUpContacts");
   std::vector<Manifold> manifolds;
-  if (state->engine->readManifolds(manifolds) != Status::Ok) return;
-  state->contactsBehind = false;
-  const auto& born = state->reader.input().born;
+  if (m_state->engine->readManifolds(manifolds) != Status::Ok) return;
+  m_state->contactsBehind = false;
+  const auto& born = m_state->reader.input().born;
   const auto isGone = [&](std::uint32_t slot) {
-    return !state->reader.objectOf(slot) || std::binary_search(born.begin(), born.end(), slot);
+    return !m_state->reader.objectOf(slot) || std::binary_search(born.begin(), born.end(), slot);
   };
   StepResults results;
   std::vector<Manifold> touching;
@@ -480,14 +476,14 @@ void WorldStep::catchUpContacts() {
     if (m.pointCount == 0 || isGone(m.bodyA) || isGone(m.bodyB)) continue;
     results.contactKeys.push_back(pairKeyOf(m.bodyA, m.bodyB));
     touching.push_back(m);
-    touching.back().bodyA = state->reader.ownerOf(m.bodyA);
-    touching.back().bodyB = state->reader.ownerOf(m.bodyB);
+    touching.back().bodyA = m_state->reader.ownerOf(m.bodyA);
+    touching.back().bodyB = m_state->reader.ownerOf(m.bodyB);
   }
   results.contacts = {touching.data(), touching.size()};
-  state->contacts.forget();
-  state->contacts.write(m_world, state->reader, results, state->hostContacts.manifoldCount(),
-                        !state->settings.m_hostQueries);
-  state->contacts.forget();
+  m_state->contacts.forget();
+  m_state->contacts.write(m_world, m_state->reader, results, m_state->hostContacts.manifoldCount(),
+                          !m_state->settings.m_hostQueries);
+  m_state->contacts.forget();
 }
 
 // What stock's step does for the broadphase: AABBs that cover the predicted motion, then the overlapping
@@ -516,26 +512,25 @@ void WorldStep::giveIslandTags() {
 
 void WorldStep::runStock(btScalar timeStep) {
   const Zone zone("stockStep");
-  const auto& state = m_state;
-  if (state->contactsBehind && state->engine) {
+  if (m_state->contactsBehind && m_state->engine) {
     FallbackList ignored;
-    state->reader.read(m_world, ignored, state->fallbacks);
+    m_state->reader.read(m_world, ignored, m_state->fallbacks);
     catchUpContacts();
   }
-  if (state->lastPath == Path::Device && state->engine && !state->settings.m_contacts) {
+  if (m_state->lastPath == Path::Device && m_state->engine && !m_state->settings.m_contacts) {
     // The contacts come along, so that the stack does not lose its warm start.
     std::vector<Manifold> manifolds;
     FallbackList ignored;
-    state->reader.read(m_world, ignored, state->fallbacks);
-    if (state->engine->readManifolds(manifolds) == Status::Ok) {
+    m_state->reader.read(m_world, ignored, m_state->fallbacks);
+    if (m_state->engine->readManifolds(manifolds) == Status::Ok) {
       updateHostBroadphase(timeStep);
-      writeManifolds(manifolds, state->reader, m_world);
+      writeManifolds(manifolds, m_state->reader, m_world);
     }
   }
   giveIslandTags();
-  state->lastPath = Path::Stock;
-  ++state->statistics.m_stockSteps;
-  if (const auto check = crossCheckOf(*state)) check->stockStep();
+  m_state->lastPath = Path::Stock;
+  ++m_state->statistics.m_stockSteps;
+  if (const auto check = crossCheckOf(*m_state)) check->stockStep();
   const PreTickGuard guard(m_world.*&WorldMembers::m_internalPreTickCallback);
   m_stock(m_world, timeStep);
 }

@@ -90,6 +90,16 @@ void writeBack(WorldReader& reader, const StepResults& results, btScalar timeSte
   }
 }
 
+// Takes the results of a slot over; false if there is nothing to write of them.
+bool beginWriteBack(WorldReader& reader, const StepResults& results, std::uint32_t i, Change& change) {
+  change = takeOver(reader.input(), results, i);
+  BodySlot& slot = reader.slots()[i];
+  if (!slot.object || slot.quarantined) return false;
+  if (slot.resting && !change.any() && !isActiveState(results.activations[i].state)) return false;
+  slot.resting = false;
+  return true;
+}
+
 // Those that there is something to write to are asked for together, since they lie anywhere in memory.
 void writeBackBlock(WorldReader& reader, const StepResults& results, btScalar timeStep, std::size_t first,
                     std::size_t last) {
@@ -97,13 +107,8 @@ void writeBackBlock(WorldReader& reader, const StepResults& results, btScalar ti
   std::uint32_t found[kBlock];
   std::size_t count = 0;
   for (auto i = static_cast<std::uint32_t>(first); i < last; ++i) {
-    const Change change = takeOver(reader.input(), results, i);
-    BodySlot& slot = reader.slots()[i];
-    if (!slot.object || slot.quarantined) continue;
-    if (slot.resting && !change.any() && !isActiveState(results.activations[i].state)) continue;
-    slot.resting = false;
-    prefetchToWrite(slot.object, sizeof(btCollisionObject) + 3 * kLine);
-    changes[count] = change;
+    if (!beginWriteBack(reader, results, i, changes[count])) continue;
+    prefetchToWrite(reader.slots()[i].object, sizeof(btCollisionObject) + 3 * kLine);
     found[count++] = i;
   }
   for (std::size_t k = 0; k < count; ++k) writeBack(reader, results, timeStep, found[k], changes[k]);
@@ -140,11 +145,8 @@ void writeBackInOrder(WorldReader& reader, const StepResults& results, btScalar 
                       const Sweep& sweep) {
   const Zone zone("writeBackBodies");
   const auto write = [&](std::uint32_t i) {
-    const Change change = takeOver(reader.input(), results, i);
-    BodySlot& slot = reader.slots()[i];
-    if (!slot.object || slot.quarantined) return;
-    if (slot.resting && !change.any() && !isActiveState(results.activations[i].state)) return;
-    slot.resting = false;
+    Change change;
+    if (!beginWriteBack(reader, results, i, change)) return;
     const bool isFast = std::binary_search(fast.begin(), fast.end(), i);
     writeBack(reader, results, timeStep, i, change, isFast ? &sweep : nullptr);
   };
