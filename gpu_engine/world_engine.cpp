@@ -20,6 +20,8 @@ constexpr size_t kPairsPerBody = 6;
 constexpr size_t kMinPairs = 256;
 constexpr size_t kFirstPadding = 16 * BTGPU_LANES;
 constexpr uint kFirstColours = 8, kFirstRounds = 24;
+// Turns of all resident lanes in a colour up to which they beat launches; measured in decision 28.
+constexpr size_t kResidentRounds = 4;
 
 // Up at once, down by and by: after a calm moment the next impact should not find everything taken away.
 uint approach(uint now, uint needed) { return needed >= now ? needed : now - (now - needed + 3) / 4; }
@@ -386,11 +388,12 @@ void WorldEngine::growAfterOverflow(const StepCounters& counters) {
 void WorldEngine::adaptLaunches(const StepCounters& counters) {
   Capacities& c = m_world->capacities;
   c.colourLaunches = counters.largeColours;
-  // One more than were needed: a round too few is done by one group, which takes it longer than an empty launch.
-  // Few slots a colour, a warp of each group or less: then waits for each other are shorter than launches. With more,
-  // more lanes than can be resident hide what each of them waits for.
-  const bool few = counters.slotCount <= size_t{m_residentGroups} * BTGPU_LANES * std::max(1u, counters.colourCount);
+  // Waits for each other are shorter than launches, while the groups don't have to go many times through a colour. With
+  // more slots than that, more lanes than can be resident hide better what each of them waits for.
+  const size_t lanes = size_t{m_residentGroups} * RESIDENT_GROUP;
+  const bool few = counters.slotCount <= kResidentRounds * lanes * std::max(1u, counters.colourCount);
   c.residentGroups = few ? m_residentGroups : 0;
+  // One more than were needed: a round too few is done by one group, which takes it longer than an empty launch.
   c.colourRounds = approach(c.colourRounds, counters.colourRounds > 0 ? counters.colourRounds + 1 : 0);
 }
 

@@ -29,13 +29,16 @@ void BuildIslands::enqueue(Queue& queue, DeviceWorld& world) {
   m_wake.resize(queue, bodies);
   m_flags.resize(queue, pairs);
   m_chunkSums.resize(queue, chunks.groups());
-  m_init.launch(queue, bodyGrid, bodies, world.counters, world.infos, world.stepActivations, world.steps, m_kinds,
-                m_parents, world.islandFlags, m_wake, world.solved);
-  m_unite.launch(queue, pairGrid, pairs, world.counters, world.params, world.pairs, world.manifolds, world.infos,
-                 m_kinds, m_parents, m_wake);
+  if (m_restless.empty()) m_restless.copyFromHost(queue, {0, 0});
+  m_turn = 1 - m_turn;
+  m_init.launch(queue, bodyGrid, bodies, m_turn, world.counters, world.infos, world.stepActivations, world.steps,
+                m_kinds, m_parents, world.islandFlags, m_wake, world.solved, m_restless);
+  m_unite.launch(queue, pairGrid, pairs, m_turn, world.counters, world.params, world.pairs, world.manifolds,
+                 world.infos, m_kinds, m_restless, m_parents, m_wake);
   const Grid jointGrid = queue.device().grid(world.jointCount);
   if (world.jointCount > 0) {
-    m_uniteJoints.launch(queue, jointGrid, world.jointCount, world.counters, world.joints, m_parents);
+    m_uniteJoints.launch(queue, jointGrid, world.jointCount, m_turn, world.counters, world.joints, m_restless,
+                         m_parents);
   }
   m_flatten.launch(queue, bodyGrid, bodies, world.counters, m_kinds, world.stepActivations, m_parents, world.roots,
                    world.islandFlags);

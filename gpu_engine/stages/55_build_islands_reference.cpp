@@ -22,6 +22,16 @@ bool merges(const BodyInfo& body) {
   return isMember(body) && !has(body, BODY_NO_RESPONSE) && !has(body, BODY_QUARANTINED);
 }
 
+bool keepsAwake(int state) { return state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION; }
+
+// Then islands need not be known.
+bool allStayAwake(const std::vector<BodyInfo>& infos, const std::vector<BodyActivation>& activations) {
+  for (size_t i = 0; i < infos.size(); ++i) {
+    if (isMember(infos[i]) && !keepsAwake(activations[i].state)) return false;
+  }
+  return true;
+}
+
 std::vector<uint> findRoots(const std::vector<BodyInfo>& infos, const std::vector<Pair>& pairs,
                             const std::vector<Joint>& joints) {
   std::vector<std::vector<uint>> neighbours(infos.size());
@@ -68,8 +78,7 @@ void decideSleep(const std::vector<BodyInfo>& infos, const std::vector<uint>& ro
                  std::vector<BodyActivation>& activations) {
   std::vector<char> awake(infos.size(), 0);  // by root
   for (uint i = 0; i < infos.size(); ++i) {
-    const int state = activations[i].state;
-    if (isMember(infos[i]) && (state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION)) awake[roots[i]] = 1;
+    if (isMember(infos[i]) && keepsAwake(activations[i].state)) awake[roots[i]] = 1;
   }
   for (uint i = 0; i < infos.size(); ++i) {
     if (!isMember(infos[i])) continue;
@@ -124,7 +133,7 @@ IslandsReference buildIslandsReference(const StepParams& params, const std::vect
                                        const std::vector<BodyActivation>& activations, const std::vector<Pair>& pairs,
                                        const std::vector<Manifold>& manifolds, const std::vector<Joint>& joints) {
   IslandsReference out;
-  out.roots = findRoots(infos, pairs, joints);
+  out.roots = allStayAwake(infos, activations) ? findRoots(infos, {}, {}) : findRoots(infos, pairs, joints);
   out.activations = activations;
   decideSleep(infos, out.roots, out.activations);
   wake(params, infos, pairs, manifolds, out.activations);

@@ -8,26 +8,42 @@ namespace btgpu {
 namespace {
 
 constexpr const char* kFile = "stages/70_solve_velocities.cl";
+constexpr const char* kPlain = "-DSOLVE_PLAIN";
+constexpr const char* kIterations = "-DSOLVE_PLAIN -DSOLVE_PASSES=(PASS_NORMAL|PASS_FRICTION)";
 
 }  // namespace
 
 SolveVelocities::SolveVelocities(ComputeDevice& device, const char* name)
-    : m_name(name),
-      m_inTeam(device.shape() == KernelShape::Cpu),
-      m_solveAtOnce(device, kFile, m_inTeam ? "solveInTeam" : "solveResident"),
-      m_solveJointColour(device, kFile, "solveJointColour"),
-      m_solveJointsSerial(device, kFile, "solveJointsSerial"),
-      m_storeImpulses(device, kFile, "storeImpulses") {
+    : m_name(name), m_inTeam(device.shape() == KernelShape::Cpu) {
+  const char* options = m_inTeam ? "" : kPlain;  // the program that most steps need anyhow
+  build(device, options, m_inTeam ? m_general : m_plain);
+  if (!m_inTeam) build(device, kIterations, m_iterations);
+  m_solveJointColour = Kernel(device, kFile, "solveJointColour", options);
+  m_solveJointsSerial = Kernel(device, kFile, "solveJointsSerial", options);
+  m_storeImpulses = Kernel(device, kFile, "storeImpulses", options);
+}
+
+void SolveVelocities::build(ComputeDevice& device, const char* options, ContactKernels& kernels) {
+  kernels.atOnce = Kernel(device, kFile, m_inTeam ? "solveInTeam" : "solveResident", options);
   if (m_inTeam) return;
-  m_solveColour = Kernel(device, kFile, "solveColour");
-  m_solveRest = Kernel(device, kFile, "solveRest");
+  kernels.colour = Kernel(device, kFile, "solveColour", options);
+  kernels.rest = Kernel(device, kFile, "solveRest", options);
+}
+
+SolveVelocities::ContactKernels& SolveVelocities::kernelsFor(Queue& queue, const std::vector<uint>& passes) {
+  if (!m_inTeam && m_isPlain) {
+    return passes == std::vector<uint>{PASS_NORMAL | PASS_FRICTION} ? m_iterations : m_plain;
+  }
+  if (!m_general.atOnce.isBuilt()) build(queue.device(), "", m_general);
+  return m_general;
 }
 
 void SolveVelocities::solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats) {
   const size_t resident = world.capacities.residentGroups;
+  ContactKernels& kernels = kernelsFor(queue, passes);
   if (!m_inTeam && resident == 0) {
     for (int i = 0; i < repeats; ++i) {
-      for (const uint p : passes) solveColours(queue, world, p);
+      for (const uint p : passes) solveColours(queue, world, p, kernels);
     }
     return;
   }
@@ -35,23 +51,23 @@ void SolveVelocities::solve(Queue& queue, DeviceWorld& world, const std::vector<
   for (size_t i = 0; i < passes.size(); ++i) sequence |= passes[i] << (i * PASS_BITS);
   const Grid grid =
       m_inTeam ? queue.device().teamGrid(world.bodyCount) : Grid{resident * RESIDENT_GROUP, RESIDENT_GROUP};
-  m_solveAtOnce.launch(queue, grid, static_cast<uint>(repeats), sequence, world.counters, world.params, world.slotFirst,
-                       world.slots, world.solverMasses, world.solverBodies, world.rows, world.tangent2, world.torsion,
-                       world.solverTeam);
+  kernels.atOnce.launch(queue, grid, static_cast<uint>(repeats), sequence, world.counters, world.params,
+                        world.slotFirst, world.slots, world.solverMasses, world.solverBodies, world.rows,
+                        world.tangent2, world.torsion, world.solverTeam);
 }
 
-void SolveVelocities::solveColours(Queue& queue, DeviceWorld& world, uint passes) {
+void SolveVelocities::solveColours(Queue& queue, DeviceWorld& world, uint passes, ContactKernels& kernels) {
   // A colour can't hold more constraints than there are bodies to move.
   const size_t items = queue.device().grid(world.bodyCount).global;
   const Grid grid{(items + SOLVE_GROUP - 1) / SOLVE_GROUP * SOLVE_GROUP, SOLVE_GROUP};
   for (uint colour = 0; colour < world.capacities.colourLaunches; ++colour) {
-    m_solveColour.launch(queue, grid, colour, passes, world.counters, world.params, world.slotFirst, world.slots,
-                         world.solverMasses, world.solverBodies, world.rows, world.tangent2, world.torsion);
+    kernels.colour.launch(queue, grid, colour, passes, world.counters, world.params, world.slotFirst, world.slots,
+                          world.solverMasses, world.solverBodies, world.rows, world.tangent2, world.torsion);
   }
   const size_t group = queue.device().groupSize();
-  m_solveRest.launch(queue, {group, group}, world.capacities.colourLaunches, passes, world.counters, world.params,
-                     world.slotFirst, world.slots, world.solverMasses, world.solverBodies, world.rows, world.tangent2,
-                     world.torsion);
+  kernels.rest.launch(queue, {group, group}, world.capacities.colourLaunches, passes, world.counters, world.params,
+                      world.slotFirst, world.slots, world.solverMasses, world.solverBodies, world.rows, world.tangent2,
+                      world.torsion);
 }
 
 void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iteration) {
@@ -70,6 +86,7 @@ void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iterati
 
 void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows) {
   queue.enterStage(m_name);
+  m_isPlain = !torsionRows && !settings.twoFrictionDirections && !settings.interleaveContactAndFriction;
   if (settings.warmStarting) solve(queue, world, {PASS_WARM_START}, 1);
   std::vector<uint> passes = {PASS_NORMAL | PASS_FRICTION}, lastPasses = passes;
   if (!settings.interleaveContactAndFriction) lastPasses = {PASS_NORMAL, PASS_FRICTION};

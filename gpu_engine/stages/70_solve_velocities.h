@@ -17,7 +17,8 @@ namespace btgpu {
 // On the CPU shape the members of one launch, or of one an iteration if there are joints, go through all colours and
 // passes together (docs/decisions/0011-solver-in-a-team.md). On the GPU shape so do groups that are resident at once
 // (docs/decisions/0025-solver-in-resident-groups.md), where a device has such; else each large colour of each pass is
-// a launch.
+// a launch. There a step gets the programs that are built for no more than it needs
+// (docs/decisions/0028-solver-programs-for-a-step.md).
 class SolveVelocities {
  public:
   explicit SolveVelocities(ComputeDevice& device, const char* name = "70_solve_velocities");
@@ -25,13 +26,21 @@ class SolveVelocities {
   void enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows);
 
  private:
+  // All passes over all contacts in one launch, or a launch a colour: kernels of one program.
+  struct ContactKernels {
+    Kernel atOnce, colour, rest;
+  };
+  void build(ComputeDevice& device, const char* options, ContactKernels& kernels);
+  ContactKernels& kernelsFor(Queue& queue, const std::vector<uint>& passes);
   // `repeats` times these passes over all contacts.
   virtual void solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats);
-  void solveColours(Queue& queue, DeviceWorld& world, uint passes);
+  static void solveColours(Queue& queue, DeviceWorld& world, uint passes, ContactKernels& kernels);
   void solveJoints(Queue& queue, DeviceWorld& world, uint iteration);
   const char* m_name;
   bool m_inTeam;
-  Kernel m_solveAtOnce, m_solveColour, m_solveRest, m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
+  bool m_isPlain = false;                           // this step; what that is: SOLVE_PLAIN in kernels/lib/solve_slot.h
+  ContactKernels m_general, m_plain, m_iterations;  // those built for less are of the GPU shape
+  Kernel m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
 };
 
 }  // namespace btgpu

@@ -16,12 +16,27 @@
 
 #define ROLL_PATIENCE (1u << 14)  // looks at TEAM_STATE: some milliseconds, a launch's groups come within microseconds
 
-// What the lanes of this group wrote becomes visible to groups that see a later write of this lane's, and the other way
-// round. OpenCL C's own fence for that is optional before 3.0 and in it.
+// What the lanes of this group wrote before incReleasing() is visible to groups whose loadAcquiring() sees the increment.
+// OpenCL C's own atomics for that are optional before 3.0 and in it.
 #ifdef __NV_CL_C_VERSION
-#define DEVICE_FENCE() asm volatile("fence.acq_rel.gpu;" ::: "memory")
+static void incReleasing(volatile __global uint* word) {
+  asm volatile("red.release.gpu.global.add.u32 [%0], 1;" ::"l"(word) : "memory");
+}
+static uint loadAcquiring(volatile __global uint* word) {
+  uint value;
+  asm volatile("ld.acquire.gpu.global.u32 %0, [%1];" : "=r"(value) : "l"(word) : "memory");
+  return value;
+}
 #else
-#define DEVICE_FENCE() mem_fence(CLK_GLOBAL_MEM_FENCE)
+static void incReleasing(volatile __global uint* word) {
+  mem_fence(CLK_GLOBAL_MEM_FENCE);
+  atomic_inc(word);
+}
+static uint loadAcquiring(volatile __global uint* word) {
+  const uint value = *word;
+  mem_fence(CLK_GLOBAL_MEM_FENCE);
+  return value;
+}
 #endif
 
 STRUCT(Resident) {
@@ -52,15 +67,13 @@ static void arrive(Resident* r) {
   barrier(CLK_GLOBAL_MEM_FENCE);
   if (get_local_id(0) != 0) return;
   r->due += get_num_groups(0);
-  DEVICE_FENCE();
-  atomic_inc(r->team + TEAM_DONE);
+  incReleasing(r->team + TEAM_DONE);
 }
 
 static void awaitOthers(const Resident* r) {
   if (get_local_id(0) == 0) {
-    while ((int)(r->team[TEAM_DONE] - r->due) < 0) {
+    while ((int)(loadAcquiring(r->team + TEAM_DONE) - r->due) < 0) {
     }
-    DEVICE_FENCE();
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
 }

@@ -10,6 +10,25 @@
 #include "solve_wide.h"
 #endif
 
+// What a GPU program is built for. What a step surely doesn't have would still take registers of every lane, a third of
+// them, and with that half of the speed (docs/decisions/0028-solver-programs-for-a-step.md):
+//   SOLVE_PLAIN    neither second friction directions nor torsional rows, and friction after all normal rows
+//   SOLVE_PASSES   the passes of each launch
+#ifdef SOLVE_PLAIN
+#define HAS_TWO_FRICTION(flags) 0
+#define HAS_TORSION(flags, passes) 0
+#define IS_INTERLEAVED(flags) 0
+#else
+#define HAS_TWO_FRICTION(flags) ((flags) & STEP_TWO_FRICTION)
+#define HAS_TORSION(flags, passes) ((passes) & PASS_TORSION)
+#define IS_INTERLEAVED(flags) ((flags) & STEP_INTERLEAVE)
+#endif
+#ifdef SOLVE_PASSES
+#define KNOWN_PASSES(passes) SOLVE_PASSES
+#else
+#define KNOWN_PASSES(passes) (passes)
+#endif
+
 STRUCT(SlotRows) {
   __global float* points;    // field 0 of the slot's rows
   __global float* tangent2;
@@ -51,7 +70,7 @@ static void storeBodies(CHECKS SlotHeader h, const SlotBodies* s, __global Solve
 STRUCT(PointRows) {
   float4 normal, ra, rb, tangent1, tangent2;
   float jac, rhs, cfm, impulse, friction;
-  float pushRhs, pushImpulse;
+  float pushRhs;
   float jac1, rhs1, impulse1, jac2, rhs2, impulse2;  // tangents
 };
 
@@ -71,7 +90,6 @@ static void fetchPoint(SlotRows rows, uint k, uint passes, PointRows* r) {
     r->rhs = loadField(p, ROW_NORMAL_RHS);
     r->cfm = loadField(p, ROW_NORMAL_CFM);
     r->pushRhs = loadField(p, ROW_PUSH_RHS);
-    r->pushImpulse = loadField(p, ROW_PUSH_IMPULSE);
   }
   if (!(passes & PASS_FRICTION)) return;
   r->friction = loadField(p, ROW_FRICTION);
@@ -135,9 +153,10 @@ static void solvePush(CHECKS SlotHeader h, SlotRows rows, __global SolverBody* b
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
     if (k >= h.pointCount || points[k].pushRhs == 0.0f) continue;
     const PointRows p = points[k];
-    const float impulse =
-        solveRow(&s, p.normal, p.ra, p.rb, p.jac, p.pushRhs, p.cfm, p.pushImpulse, 0.0f, INFINITY);
-    storeField(pointRows(rows, k), ROW_PUSH_IMPULSE, impulse);
+    __global float* row = pointRows(rows, k);
+    const float pushImpulse = loadField(row, ROW_PUSH_IMPULSE);
+    storeField(row, ROW_PUSH_IMPULSE,
+               solveRow(&s, p.normal, p.ra, p.rb, p.jac, p.pushRhs, p.cfm, pushImpulse, 0.0f, INFINITY));
   }
   if (h.bodyA != NO_INDEX) {
     AT(bodies, h.bodyA).pushLinear = s.linearA;
@@ -162,7 +181,7 @@ static void fetchSlot(CHECKS uint slot, uint passes, uint flags, __global const 
   if (f->header.manifold == NO_INDEX) return;
   ASSERT(f->header.pointCount <= MANIFOLD_POINTS, f->header.pointCount, slot);
   f->rows.points = rows + slotBase(slot, SLOT_FIELDS);
-  f->rows.tangent2 = flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
+  f->rows.tangent2 = HAS_TWO_FRICTION(flags) ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
   f->rows.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
 #pragma unroll
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
@@ -176,7 +195,7 @@ static void solveFetched(CHECKS uint passes, uint flags, __global const SolverMa
   const SlotHeader h = f->header;
   if (h.manifold == NO_INDEX) return;
   const int twoDirections = f->rows.tangent2 != 0;
-  const int pointwise = (passes & PASS_FRICTION) && (flags & STEP_INTERLEAVE);
+  const int pointwise = (passes & PASS_FRICTION) && IS_INTERLEAVED(flags);
   SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
 #pragma unroll
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
@@ -187,7 +206,7 @@ static void solveFetched(CHECKS uint passes, uint flags, __global const SolverMa
       p->impulse = solveRow(&s, p->normal, p->ra, p->rb, p->jac, p->rhs, p->cfm, p->impulse, 0.0f, INFINITY);
     }
     if (pointwise) solveFriction(twoDirections, p, &s);
-    if (passes & PASS_TORSION) solveTorsionRows(f->rows, k, p->impulse, &s);
+    if (HAS_TORSION(flags, passes)) solveTorsionRows(f->rows, k, p->impulse, &s);
   }
 #pragma unroll
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {

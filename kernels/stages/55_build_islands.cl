@@ -3,6 +3,9 @@
 // Simulation islands: bodies joined by overlapping pairs, found by a lock-free union-find whose root is always
 // the lowest body index, whatever the order of the work items. An island falls asleep and wakes as a whole, by
 // Bullet's rules (btSimulationIslandManager::buildIslands); then the manifolds to be solved are selected.
+//
+// While no body sleeps or wants to, all islands are awake whatever they are, and finding them would take as long as a
+// tenth of the solver: then every body counts as an island of its own, which gives the same states and manifolds.
 #include "../lib/group_scan.h"
 #include "../lib/motion.h"
 #include "../shared/contact.h"
@@ -12,6 +15,10 @@
 #define ISLAND_AWAKE 1u   // holds a body that may not sleep
 #define ISLAND_SOLVED 2u  // holds an active body, once the states are decided
 
+// What somebody in the world does, in restless[]; it decides whether pairs have to be looked at.
+#define SOMEBODY_RESTS 1u  // a body in an island sleeps, wants to, or is disabled
+#define SOMEBODY_WAKES 2u  // there is a waker
+
 // What the stage has to know of a body again and again, in one word.
 #define KIND_MEMBER 1u       // in an island at all, if only its own
 #define KIND_MERGES 2u       // joins islands by pairs
@@ -20,6 +27,8 @@
 #define KIND_MOVES 16u       // the solver can move it
 #define KIND_SLEEPS 32u      // once the states are decided
 #define KIND_CHILD 64u       // one of a compound's shapes, and nothing else
+
+static int keepsAwake(int state) { return state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION; }
 
 static uint kindOf(uint flags, int state, BodyStep step) {
   if (flags & BODY_CHILD) return KIND_CHILD;
@@ -73,17 +82,27 @@ static void unite(CHECKS volatile __global uint* parents, uint a, uint b) {
   }
 }
 
-KERNEL islandInit(uint bodyCount, __global const StepCounters* counters, __global const BodyInfo* infos,
+// Of the two words in restless[] this step takes number `turn`; it was cleared in the step before, and the other one is
+// here for the next step, even in one that is to be repeated.
+KERNEL islandInit(uint bodyCount, uint turn, __global const StepCounters* counters, __global const BodyInfo* infos,
                   __global const BodyActivation* activations, __global const BodyStep* steps, __global uint* kinds,
-                  __global uint* parents, __global uint* islandFlags, __global uint* wake, __global uint* solved) {
+                  __global uint* parents, __global uint* islandFlags, __global uint* wake, __global uint* solved,
+                  volatile __global uint* restless) {
+  if (get_global_id(0) == 0) restless[1 - turn] = 0;
   RETURN_ON_OVERFLOW(counters);
+  uint somebody = 0;
   FOR_EACH(i, bodyCount) {
-    kinds[i] = kindOf(infos[i].flags, activations[i].state, steps[i]);
+    const int state = activations[i].state;
+    const uint kind = kindOf(infos[i].flags, state, steps[i]);
+    kinds[i] = kind;
     parents[i] = i;
     islandFlags[i] = 0;
     wake[i] = 0;
     solved[i] = 0;
+    if ((kind & KIND_MEMBER) && !keepsAwake(state)) somebody |= SOMEBODY_RESTS;
+    if (kind & KIND_WAKER) somebody |= SOMEBODY_WAKES;
   }
+  if (somebody) SET_BITS(&restless[turn], somebody);
 }
 
 // Bullet: an awake kinematic body wakes what it may touch, that is every pair that has a manifold, with points or, as a
@@ -98,10 +117,13 @@ static void wakeOther(CHECKS uint bodyA, uint bodyB, uint kindA, uint kindB, vol
   if (kindB & KIND_WAKER) atomic_or(&AT(wake, bodyA), 1u);
 }
 
-KERNEL islandUnite(CHECKS uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
-                   __global const Pair* pairs, __global const Manifold* manifolds, __global const BodyInfo* infos,
-                   __global const uint* kinds, volatile __global uint* parents, volatile __global uint* wake) {
+KERNEL islandUnite(CHECKS uint pairCapacity, uint turn, __global const StepCounters* counters,
+                   __global const StepParams* params, __global const Pair* pairs, __global const Manifold* manifolds,
+                   __global const BodyInfo* infos, __global const uint* kinds, __global const uint* restless,
+                   volatile __global uint* parents, volatile __global uint* wake) {
   RETURN_ON_OVERFLOW(counters);
+  const uint somebody = restless[turn];
+  if (!somebody) return;
   const int byContact = (params->flags & STEP_WAKE_BY_CONTACT) != 0;
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     Pair pair = AT(pairs, i);
@@ -113,7 +135,7 @@ KERNEL islandUnite(CHECKS uint pairCapacity, __global const StepCounters* counte
       kindB = AT(kinds, pair.bodyB);
     }
     if (kindA & kindB & KIND_MERGES) {
-      unite(WITH_CHECKS parents, pair.bodyA, pair.bodyB);
+      if (somebody & SOMEBODY_RESTS) unite(WITH_CHECKS parents, pair.bodyA, pair.bodyB);
     } else if (((kindA | kindB) & KIND_WAKER) && mayTouch(pair) &&
                !(byContact && AT(manifolds, i).pointCount == 0)) {
       wakeOther(WITH_CHECKS pair.bodyA, pair.bodyB, kindA, kindB, wake);
@@ -129,9 +151,10 @@ KERNEL islandUnite(CHECKS uint pairCapacity, __global const StepCounters* counte
 }
 
 // Enabled joints unite islands as pairs do, but also those of bodies without contact response.
-KERNEL islandUniteJoints(CHECKS uint jointCount, __global const StepCounters* counters, __global const Joint* joints,
-                         volatile __global uint* parents) {
+KERNEL islandUniteJoints(CHECKS uint jointCount, uint turn, __global const StepCounters* counters,
+                         __global const Joint* joints, __global const uint* restless, volatile __global uint* parents) {
   RETURN_ON_OVERFLOW(counters);
+  if (!(restless[turn] & SOMEBODY_RESTS)) return;
   FOR_EACH(i, jointCount) {
     const Joint joint = joints[i];
     if (joint.enabled && joint.islandA != NO_INDEX && joint.islandB != NO_INDEX) {
@@ -150,7 +173,7 @@ KERNEL islandFlatten(CHECKS uint bodyCount, __global const StepCounters* counter
     ASSERT(root <= i, root, i);
     LOWER(&AT(parents, i), root);
     roots[i] = root;
-    if ((kinds[i] & KIND_MEMBER) && (state == STATE_ACTIVE || state == STATE_DISABLE_DEACTIVATION)) {
+    if ((kinds[i] & KIND_MEMBER) && keepsAwake(state)) {
       SET_BITS(&AT(islandFlags, root), ISLAND_AWAKE);
     }
   }

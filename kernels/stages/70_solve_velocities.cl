@@ -78,11 +78,11 @@ KERNEL solveInTeam(CHECKS uint repeats, uint sequence, __global const StepCounte
 
 // Solves the slots of one parallel colour. In small groups, since those of a small world are to spread over the device.
 KERNEL_OF(SOLVE_GROUP)
-solveColour(CHECKS uint colour, uint passes, __global const StepCounters* counters, __global const StepParams* params,
+solveColour(CHECKS uint colour, uint wanted, __global const StepCounters* counters, __global const StepParams* params,
             __global const uint* slotFirst, __global const SlotHeader* slots, __global const SolverMass* masses,
             __global SolverBody* bodies, __global float* rows, __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
-  const uint first = slotFirst[colour], flags = params->flags;
+  const uint first = slotFirst[colour], flags = params->flags, passes = KNOWN_PASSES(wanted);
   FOR_EACH(i, slotFirst[colour + 1] - first) {
     solveSlot(WITH_CHECKS first + i, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
   }
@@ -90,12 +90,12 @@ solveColour(CHECKS uint colour, uint passes, __global const StepCounters* counte
 
 // Solves all colours from firstColour on, however many there are, one after the other, and then the serial batch, slot
 // by slot. One work group.
-KERNEL solveRest(CHECKS uint firstColour, uint passes, __global const StepCounters* counters,
+KERNEL solveRest(CHECKS uint firstColour, uint wanted, __global const StepCounters* counters,
                  __global const StepParams* params, __global const uint* slotFirst, __global const SlotHeader* slots,
                  __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                  __global float* tangent2, __global float* torsion) {
   RETURN_ON_OVERFLOW(counters);
-  const uint flags = params->flags, colours = counters->colourCount;
+  const uint flags = params->flags, colours = counters->colourCount, passes = KNOWN_PASSES(wanted);
   for (uint colour = firstColour; colour < colours; ++colour) {
     const uint first = slotFirst[colour], end = slotFirst[colour + 1];
     for (uint slot = first + get_local_id(0); slot < end; slot += GROUP_SIZE) {
@@ -114,7 +114,7 @@ STRUCT(Turn) {
   uint repeats, left, colour;  // left: what is left of the sequence in this repeat
 };
 
-static uint passesOf(Turn turn) { return turn.left & ((1u << PASS_BITS) - 1); }
+static uint passesOf(Turn turn) { return KNOWN_PASSES(turn.left & ((1u << PASS_BITS) - 1)); }
 
 static Turn nextTurn(Turn turn, uint sequence, uint lastColour) {
   if (++turn.colour <= lastColour) return turn;

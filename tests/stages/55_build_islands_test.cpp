@@ -35,6 +35,8 @@ struct IslandScene {
     for (uint i = 0; i < bodies; ++i) setMoves(i, true);
   }
   uint bodyCount() const { return builder.bodyCount(); }
+  // Somebody who rests: else nobody asks for islands.
+  void setResting(uint body) { activation(body).state = STATE_WANTS_DEACTIVATION; }
   void setMoves(uint body, bool moves) { steps[body].angularVelocity.w = moves ? 1.0f : 0.0f; }
   void setFlags(uint body, uint flags) {
     builder.info(body).flags = BODY_PRESENT | BODY_RIGID | flags;
@@ -139,6 +141,7 @@ class BuildIslandsTest : public DeviceTest {
 
 TEST_F(BuildIslandsTest, HostManifoldsAreSelectedBehindThoseOfThePairsSmall) {
   IslandScene scene(6);
+  scene.setResting(0);
   scene.setFlags(5, BODY_STATIC);
   scene.touch(0, 1);
   scene.touch(2, 3, 0, BUCKET_HOST);
@@ -183,6 +186,7 @@ TEST_F(BuildIslandsTest, OneBodySmall) { expectAsReference(IslandScene(1)); }
 
 TEST_F(BuildIslandsTest, TwoComponentsSmall) {
   IslandScene scene(6);
+  scene.setResting(0);
   scene.touchChain({5, 3, 1});
   scene.touchChain({4, 2});
   const auto result = expectAsReference(scene);
@@ -194,12 +198,13 @@ TEST_F(BuildIslandsTest, TwoComponentsSmall) {
 TEST_F(BuildIslandsTest, WhatDoesNotMergeSmall) {
   for (const uint flag : {BODY_STATIC, BODY_KINEMATIC, BODY_NO_RESPONSE, BODY_QUARANTINED}) {
     for (const bool swapped : {false, true}) {
-      IslandScene scene(3);
+      IslandScene scene(4);
+      scene.setResting(3);
       scene.setFlags(1, flag);
       scene.touch(swapped ? 1 : 0, swapped ? 0 : 1);
       scene.touch(swapped ? 2 : 1, swapped ? 1 : 2);
       const auto result = expectAsReference(scene);
-      EXPECT_EQ(result.roots, (std::vector<uint>{0, 1, 2})) << "flag " << flag;
+      EXPECT_EQ(result.roots, (std::vector<uint>{0, 1, 2, 3})) << "flag " << flag;
     }
   }
 }
@@ -213,6 +218,7 @@ TEST_F(BuildIslandsTest, ChainsOf20000) {
     if (kind == 1) std::reverse(order.begin(), order.end());
     if (kind == 2) std::shuffle(order.begin(), order.end(), random);
     IslandScene scene(kBodies);
+    scene.setResting(9);
     scene.touchChain(order);
     const auto result = device(scene);
     EXPECT_EQ(result.roots, std::vector<uint>(kBodies, 0));
@@ -223,10 +229,49 @@ TEST_F(BuildIslandsTest, ChainsOf20000) {
 TEST_F(BuildIslandsTest, Stars) {
   for (const uint centre : {0u, 777u, 1999u}) {
     IslandScene scene(2000);
+    scene.setResting(9);
     for (uint i = 0; i < 2000; ++i) {
       if (i != centre) scene.touch(std::min(i, centre), std::max(i, centre));
     }
     EXPECT_EQ(expectAsReference(scene).roots, std::vector<uint>(2000, 0));
+  }
+}
+
+// Nobody rests: pairs and joints are selected without asking for islands, and a waker still resets timers.
+TEST_F(BuildIslandsTest, AllStayAwakeSmall) {
+  IslandScene scene(7);
+  scene.activation(2).state = STATE_DISABLE_DEACTIVATION;
+  scene.activation(4).deactivationTime = 1.5f;
+  scene.setFlags(5, BODY_KINEMATIC);
+  scene.setFlags(6, BODY_STATIC);
+  scene.activation(6).state = STATE_SLEEPING;  // in no island
+  scene.touchChain({0, 1, 2, 3});
+  scene.touch(4, 5);
+  scene.touch(3, 6);
+  scene.joints.add(0, 4);
+  const auto result = expectAsReference(scene);
+  EXPECT_EQ(result.roots, (std::vector<uint>{0, 1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(result.constraints, (std::vector<uint>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(result.jointSolved, (std::vector<uint>{1}));
+  EXPECT_EQ(result.activations[4].deactivationTime, 0.0f);
+}
+
+// One stage through steps in which somebody rests and others in which nobody does.
+TEST_F(BuildIslandsTest, WhoRestsIsAskedInEachStepSmall) {
+  IslandScene scene(4);
+  scene.touchChain({0, 1, 2});
+  StageBench bench(queue(), scene.builder.finish(), scene.settings, Capacities{7, 3, BTGPU_LANES});
+  DeviceWorld& world = bench.world();
+  bench.setPairs(scene.pairs);
+  bench.setManifolds(scene.manifolds);
+  bench.write(world.steps, scene.steps);
+  BuildIslands stage(DeviceTest::device());
+  for (const bool rests : {true, false, false, true, true, false}) {
+    scene.activation(3).state = rests ? STATE_WANTS_DEACTIVATION : STATE_ACTIVE;
+    bench.write(world.stepActivations, scene.builder.finish().activations.values);
+    stage.enqueue(queue(), world);
+    queue().finish();
+    EXPECT_EQ(bench.read(world.roots, 4), rests ? (std::vector<uint>{0, 0, 0, 3}) : (std::vector<uint>{0, 1, 2, 3}));
   }
 }
 
