@@ -57,6 +57,7 @@ void DeviceWorld::reserve(Queue& queue, const Capacities& wanted, bool twoFricti
   c.colourLaunches = std::min<uint>(COLOUR_LIMIT, wanted.colourLaunches);
   c.colourRounds = std::max(c.colourRounds, wanted.colourRounds);
   c.residentGroups = wanted.residentGroups;
+  c.colourGroups = wanted.colourGroups;
 
   const auto resizeAll = [&queue](size_t size, auto&... arrays) {
     (arrays.resize(queue, std::max(size, arrays.size())), ...);

@@ -21,6 +21,7 @@ struct Capacities {
   uint colourRounds = 0;    // colouring rounds launched a step (GPU shape)
   size_t triangleHits = 0;  // triangles of meshes near other shapes
   uint residentGroups = 0;  // of a solver that is one launch (GPU shape); 0: a launch a colour
+  uint colourGroups = 0;    // of a colouring that is one launch (GPU shape); 0: a launch a round
 };
 
 struct DeviceWorld {

@@ -85,7 +85,7 @@ void WorldEngine::makeRoom(size_t bodyCount) {
     wanted.slots = wanted.pairs / 2 + kFirstPadding;
     wanted.colourLaunches = kFirstColours;
     wanted.colourRounds = kFirstRounds;
-    wanted.residentGroups = m_residentGroups;
+    wanted.residentGroups = wanted.colourGroups = m_residentGroups;
   }
   if (m_traits.has(SHAPE_MESH)) wanted.triangleHits = std::max(wanted.triangleHits, wanted.pairs);
   reserve(wanted);
@@ -379,7 +379,7 @@ void WorldEngine::growAfterOverflow(const StepCounters& counters) {
   if (counters.overflow & OVERFLOW_PAIRS) wanted.pairs = withSpare(counters.pairCount + m_world->hostManifoldCount);
   if (counters.overflow & OVERFLOW_TRIANGLES) wanted.triangleHits = withSpare(counters.triangleHits);
   if (counters.overflow & OVERFLOW_SLOTS) wanted.slots = withSpare(counters.slotCount);
-  if (counters.overflow & OVERFLOW_ABSENT) wanted.residentGroups = m_residentGroups = 0;
+  if (counters.overflow & OVERFLOW_ABSENT) wanted.residentGroups = wanted.colourGroups = m_residentGroups = 0;
   reserve(wanted);
 }
 
@@ -393,6 +393,8 @@ void WorldEngine::adaptLaunches(const StepCounters& counters) {
   const size_t lanes = size_t{m_residentGroups} * RESIDENT_GROUP;
   const bool few = counters.slotCount <= kResidentRounds * lanes * std::max(1u, counters.colourCount);
   c.residentGroups = few ? m_residentGroups : 0;
+  const bool fit = counters.constraintCount <= size_t{m_residentGroups} * COLOUR_LIST;
+  c.colourGroups = fit ? m_residentGroups : 0;
   // One more than were needed: a round too few is done by one group, which takes it longer than an empty launch.
   c.colourRounds = approach(c.colourRounds, counters.colourRounds > 0 ? counters.colourRounds + 1 : 0);
 }

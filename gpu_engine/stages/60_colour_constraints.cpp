@@ -10,6 +10,7 @@ namespace btgpu {
 namespace {
 
 constexpr const char* kFile = "stages/60_colour_constraints.cl";
+constexpr uint kLeftInTurn = 3;  // words of left[] that colourResident takes in turn
 
 // Of the one group that does all rounds that are not worth a launch.
 size_t restLanes(const ComputeDevice& device) {
@@ -31,6 +32,7 @@ ColourConstraints::ColourConstraints(ComputeDevice& device) : m_init(device, kFi
   m_restLanes = restLanes(device);
   m_round = kernel("colourRound");
   m_rest = kernel("colourRest");
+  m_resident = kernel("colourResident");
   m_count = kernel("countColours");
   m_scanRows = Kernel(device, "primitives/scan.cl", "scanRows");
   m_fill = kernel("fillSlots");
@@ -60,13 +62,18 @@ void ColourConstraints::colourSerially(Queue& queue, DeviceWorld& world) {
 
 void ColourConstraints::colourInRounds(Queue& queue, DeviceWorld& world) {
   const uint bodies = static_cast<uint>(world.bodyCount), capacity = static_cast<uint>(world.capacities.pairs);
-  const uint rounds = world.capacities.colourRounds;
+  const uint groups = world.capacities.colourGroups, rounds = groups > 0 ? 0 : world.capacities.colourRounds;
   for (auto& claims : m_claims) claims.resize(queue, bodies);
-  m_left.resize(queue, std::max(1u, rounds));
+  m_left.resize(queue, std::max(kLeftInTurn, rounds));
   const Grid grid = queue.device().grid(capacity);
-  m_init.launch(queue, queue.device().grid(std::max(bodies, capacity)), bodies, capacity, rounds, world.counters,
-                world.constraints, world.manifolds, world.steps, m_bodyColours, m_claims[0], m_claims[1], m_claims[2],
-                m_left, m_headers, m_colours);
+  m_init.launch(queue, queue.device().grid(std::max(bodies, capacity)), bodies, capacity, std::max(kLeftInTurn, rounds),
+                world.counters, world.constraints, world.manifolds, world.steps, m_bodyColours, m_claims[0],
+                m_claims[1], m_claims[2], m_left, m_headers, m_colours);
+  if (groups > 0) {
+    m_resident.launch(queue, {size_t{groups} * RESIDENT_GROUP, RESIDENT_GROUP}, capacity, world.counters, m_headers,
+                      m_claims[0], m_claims[1], m_claims[2], m_bodyColours, m_colours, m_left, world.solverTeam);
+    return;
+  }
   for (uint round = 0; round < rounds; ++round) {
     m_round.launch(queue, grid, round, capacity, world.counters, m_headers, m_claims[round % 3],
                    m_claims[(round + 1) % 3], m_claims[(round + 2) % 3], m_bodyColours, m_colours, m_left);

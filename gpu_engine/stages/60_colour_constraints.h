@@ -7,7 +7,8 @@
 namespace btgpu {
 
 // Colours for the constraints, and their slots: slots of one colour move different bodies.
-// Reads constraints, manifolds, steps; writes slotFirst[] (where each colour begins) and slots[].
+// Reads constraints, manifolds, steps; writes slotFirst[] (where each colour begins) and slots[]. On the GPU shape a
+// round is a launch, or all are one (docs/decisions/0025-solver-in-resident-groups.md), with the same result.
 class ColourConstraints {
  public:
   explicit ColourConstraints(ComputeDevice& device);
@@ -19,8 +20,8 @@ class ColourConstraints {
   void fillSlots(Queue& queue, DeviceWorld& world);
 
   Kernel m_init;
-  Kernel m_greedy;                                      // the CPU shape's body
-  Kernel m_round, m_rest, m_count, m_scanRows, m_fill;  // the GPU shape's
+  Kernel m_greedy;                                                  // the CPU shape's body
+  Kernel m_round, m_rest, m_resident, m_count, m_scanRows, m_fill;  // the GPU shape's
   size_t m_restLanes = 0;
   DeviceArray<ulong> m_bodyColours{"body colours"};
   DeviceArray<SlotHeader> m_headers{"constraint headers"};

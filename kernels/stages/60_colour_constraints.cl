@@ -8,6 +8,9 @@
 #include "../lib/colour.h"
 #include "../lib/group_scan.h"
 #include "../lib/slots.h"
+#ifdef BTGPU_SHAPE_GPU
+#include "../lib/resident.h"
+#endif
 
 #define COLOUR_ROWS (COLOUR_LIMIT + 1)  // parallel colours and the serial batch
 
@@ -267,6 +270,73 @@ KERNEL_OF(REST_LANES) colourRest(
     next = later;
     later = old;
   }
+}
+
+// What a group keeps of the constraints that it has in sight: indices of those that are left, in two lists in turn.
+STRUCT(OpenList) {
+  __local uint* now;
+  __local uint* next;
+  __local uint* count;  // of `next`
+};
+
+// All rounds in one launch, in groups that wait for each other between them (../lib/resident.h). Each has a chunk of the
+// constraints in sight, and lists those that are left as soon as they fit. left[]: three words in turn, zero before; how
+// many are left after a round.
+KERNEL_OF(RESIDENT_GROUP)
+colourResident(CHECKS uint constraintCapacity, __global StepCounters* counters, __global const SlotHeader* headers,
+               __global uint* claims, __global uint* nextClaims, __global uint* laterClaims,
+               __global ulong* bodyColours, __global uint* colours, volatile __global uint* left,
+               __global uint* team) {
+  __local uint lists[2][COLOUR_LIST];
+  __local uint state, kept, all;
+  Resident r;
+  const int complete = callRoll(&r, team, counters, &state);
+  const uint lane = get_local_id(0), group = get_group_id(0);
+  const uint count = itemCount(constraintCapacity, &counters->constraintCount);
+  const uint bits = indexBits(max(count, 1u));
+  const uint first = CHUNK_BEGIN(count, group, get_num_groups(0));
+  uint mine = CHUNK_BEGIN(count, group + 1, get_num_groups(0)) - first, worth = 0;
+  uint open = complete && !counters->overflow ? count : 0;
+  int listed = 0;
+  OpenList list = {lists[0], lists[1], &kept};
+  volatile __global uint *now = claims, *next = nextClaims, *later = laterClaims;
+  for (uint round = 0; open > 0; ++round) {
+    if (open > REST) ++worth;
+    if (lane == 0) kept = 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (uint k = lane; k < mine; k += RESIDENT_GROUP) {
+      const uint c = listed ? list.now[k] : first + k;
+      if (!listed && colours[c] != COLOUR_NONE) continue;
+      const SlotHeader h = headers[c];
+      if (!chooseOrClaim(WITH_CHECKS c, h.bodyA, h.bodyB, rankOf(c, bits, h), now, next, later, bodyColours, colours)) {
+        continue;
+      }
+      const uint place = atomic_inc(&kept);
+      if (place < COLOUR_LIST) list.next[place] = c;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    const uint rest = kept;
+    if (lane == 0 && rest) atomic_add(left + round % 3, rest);
+    if (lane == 0 && group == 0) atomic_xchg(left + (round + 1) % 3, 0);
+    arrive(&r);
+    if (rest <= COLOUR_LIST) {
+      mine = rest;
+      listed = 1;
+      __local uint* const old = list.now;
+      list.now = list.next;
+      list.next = old;
+    }
+    volatile __global uint* const done = now;
+    now = next;
+    next = later;
+    later = done;
+    awaitOthers(&r);
+    if (lane == 0) all = left[round % 3];
+    barrier(CLK_LOCAL_MEM_FENCE);
+    open = all;
+  }
+  if (lane == 0 && group == 0 && complete) counters->colourRounds = worth;
+  leaveResident(&r);
 }
 
 // ---- slots: a stable counting sort by colour ---------------------------------------------------------------------

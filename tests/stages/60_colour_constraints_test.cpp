@@ -79,6 +79,14 @@ class ColourConstraintsTest : public DeviceTest {
   Colours expectAsReference(const ColourScene& scene, uint rounds) {
     Capacities room = enough(scene);
     room.colourRounds = rounds;
+    const Colours actual = expectAsReference(scene, room);
+    if (!isGpuShape()) return actual;
+    room.colourGroups = std::max(1u, device().residentGroups());
+    const Colours resident = expectAsReference(scene, room);
+    EXPECT_EQ(resident.counters.colourRounds, actual.counters.colourRounds);
+    return actual;
+  }
+  Colours expectAsReference(const ColourScene& scene, const Capacities& room) {
     const Colours actual = colour(scene, room);
     const ColoursReference expected = colourConstraintsReference(scene.constraints, scene.manifolds, scene.steps);
     EXPECT_EQ(actual.counters.overflow, 0u);
@@ -306,6 +314,17 @@ TEST_F(ColourConstraintsTest, FullBodies) {
     EXPECT_EQ(expectAsReference(star(100), rounds).counters.serialCount, 100u - COLOUR_LIMIT);
   }
   EXPECT_EQ(expectAsReference(star(20000), 70).counters.colourRounds, isGpuShape() ? COLOUR_LIMIT + 2u : 0u);
+}
+
+// Groups that can't all run at the same time do nothing, and say so.
+TEST_F(ColourConstraintsTest, GroupsThatAreAbsentSmall) {
+  if (!isGpuShape()) return;  // the CPU shape has none, and waits for nobody
+  const ColourScene scene = star(3);
+  Capacities room = enough(scene);
+  room.colourGroups = 16000;
+  const Colours c = colour(scene, room);
+  EXPECT_EQ(c.counters.overflow, OVERFLOW_ABSENT);
+  EXPECT_TRUE(StageBench::isPoison(c.slots[0]));
 }
 
 TEST_F(ColourConstraintsTest, NothingAfterOverflowSmall) {
