@@ -175,17 +175,18 @@ STRUCT(FetchedSlot) {
   PointRows points[MANIFOLD_POINTS];
 };
 
-static void fetchSlot(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
-                      __global float* rows, __global float* tangent2, __global float* torsion, FetchedSlot* f) {
-  f->header = AT(slots, slot);
-  if (f->header.manifold == NO_INDEX) return;
-  ASSERT(f->header.pointCount <= MANIFOLD_POINTS, f->header.pointCount, slot);
+// `header`: of the slot, fetched before.
+static void fetchRows(CHECKS uint slot, SlotHeader header, uint passes, uint flags, __global float* rows,
+                      __global float* tangent2, __global float* torsion, FetchedSlot* f) {
+  f->header = header;
+  if (header.manifold == NO_INDEX) return;
+  ASSERT(header.pointCount <= MANIFOLD_POINTS, header.pointCount, slot);
   f->rows.points = rows + slotBase(slot, SLOT_FIELDS);
   f->rows.tangent2 = HAS_TWO_FRICTION(flags) ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0;
   f->rows.torsion = flags & STEP_TORSION ? torsion + slotBase(slot, SLOT_TORSION_FIELDS) : 0;
 #pragma unroll
   for (uint k = 0; k < MANIFOLD_POINTS; ++k) {
-    if (k < f->header.pointCount) fetchPoint(f->rows, k, passes, &f->points[k]);
+    if (k < header.pointCount) fetchPoint(f->rows, k, passes, &f->points[k]);
   }
 }
 
@@ -229,7 +230,7 @@ static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const 
                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                       __global float* tangent2, __global float* torsion) {
   FetchedSlot f;
-  fetchSlot(WITH_CHECKS slot, passes, flags, slots, rows, tangent2, torsion, &f);
+  fetchRows(WITH_CHECKS slot, AT(slots, slot), passes, flags, rows, tangent2, torsion, &f);
   solveFetched(WITH_CHECKS passes, flags, masses, bodies, &f);
   storeFetched(passes, &f);
 }

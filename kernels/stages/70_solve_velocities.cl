@@ -117,7 +117,7 @@ STRUCT(Turn) {
 static uint passesOf(Turn turn) { return KNOWN_PASSES(turn.left & ((1u << PASS_BITS) - 1)); }
 
 static Turn nextTurn(Turn turn, uint sequence, uint lastColour) {
-  if (++turn.colour <= lastColour) return turn;
+  if (turn.repeats == 0 || ++turn.colour <= lastColour) return turn;
   turn.colour = 0;
   turn.left >>= PASS_BITS;
   if (turn.left != 0) return turn;
@@ -135,8 +135,16 @@ static uint firstOf(int large) {
 }
 static uint strideOf(int large) { return large ? RESIDENT_GROUP * get_num_groups(0) : RESIDENT_GROUP; }
 
+// This lane's first slot in a turn, or NO_INDEX.
+static uint firstSlot(Turn turn, uint colours, uint large, __local const uint* firsts) {
+  if (turn.repeats == 0 || turn.colour >= colours) return NO_INDEX;
+  const uint i = firstOf(turn.colour < large), first = firsts[turn.colour];
+  return i < firsts[turn.colour + 1] - first ? first + i : NO_INDEX;
+}
+
 // `repeats` times the passes of `sequence`, as solveInTeam. While the groups wait for each other, the impulses of this
-// colour and the rows of the next one are under way: nobody but the lane itself touches those.
+// colour, the rows of the next one and the header of the one after it, which says what rows there are, are under way:
+// nobody but the lane itself touches those.
 // `team`: of ../lib/resident.h.
 KERNEL_OF(RESIDENT_GROUP)
 solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counters, __global const StepParams* params,
@@ -150,10 +158,15 @@ solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counter
   const uint flags = params->flags, colours = counters->colourCount, large = min(counters->largeColours, colours);
   const uint serial = firsts[COLOUR_SERIAL + 1] - firsts[COLOUR_SERIAL];
   const int together = large > 0;  // else the first group is alone
+  const uint lastColour = serial > 0 ? colours : colours - 1;
   FetchedSlot f;
   f.header.manifold = NO_INDEX;
+  SlotHeader ahead = f.header;  // of the lane's first slot in the turn `next`
   Turn turn = {repeats, sequence, 0};
   if (!complete || counters->overflow || (!together && get_group_id(0) != 0) || colours + serial == 0) turn.repeats = 0;
+  Turn next = nextTurn(turn, sequence, lastColour);
+  uint nextSlot = firstSlot(next, colours, large, firsts);
+  if (nextSlot != NO_INDEX) ahead = AT(slots, nextSlot);
   int fetched = 0;
   while (turn.repeats > 0) {
     const uint passes = passesOf(turn), colour = turn.colour;
@@ -164,7 +177,7 @@ solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counter
       for (uint i = firstOf(isLarge); i < end - first; i += strideOf(isLarge)) {
         if (solved) storeFetched(passes, &f);
         if (solved || !fetched) {
-          fetchSlot(WITH_CHECKS first + i, passes, flags, slots, rows, tangent2, torsion, &f);
+          fetchRows(WITH_CHECKS first + i, AT(slots, first + i), passes, flags, rows, tangent2, torsion, &f);
         }
         solveFetched(WITH_CHECKS passes, flags, masses, bodies, &f);
         solved = 1;
@@ -174,7 +187,7 @@ solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counter
         solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
       }
     }
-    turn = nextTurn(turn, sequence, serial > 0 ? colours : colours - 1);
+    turn = nextTurn(turn, sequence, lastColour);
     // All wait for each other after a large colour, and for the first group when it has done the small ones.
     const int meets = together && turn.repeats > 0 && (isLarge || turn.colour == 0);
     if (meets) {
@@ -183,14 +196,11 @@ solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counter
       barrier(CLK_GLOBAL_MEM_FENCE);
     }
     if (solved) storeFetched(passes, &f);
-    fetched = 0;
-    if (turn.repeats > 0 && turn.colour < colours) {
-      const uint first = firsts[turn.colour], i = firstOf(turn.colour < large);
-      fetched = i < firsts[turn.colour + 1] - first;
-      if (fetched) {
-        fetchSlot(WITH_CHECKS first + i, passesOf(turn), flags, slots, rows, tangent2, torsion, &f);
-      }
-    }
+    fetched = nextSlot != NO_INDEX;
+    if (fetched) fetchRows(WITH_CHECKS nextSlot, ahead, passesOf(turn), flags, rows, tangent2, torsion, &f);
+    next = nextTurn(turn, sequence, lastColour);
+    nextSlot = firstSlot(next, colours, large, firsts);
+    if (nextSlot != NO_INDEX) ahead = AT(slots, nextSlot);
     if (meets) awaitOthers(&r);
   }
   leaveResident(&r);
