@@ -317,7 +317,7 @@ TEST_F(ColourConstraintsTest, FullBodies) {
 }
 
 // Groups that can't all run at the same time do nothing, and say so.
-TEST_F(ColourConstraintsTest, GroupsThatAreAbsentSmall) {
+TEST_F(ColourConstraintsTest, GroupsThatAreAbsent) {
   if (!isGpuShape()) return;  // the CPU shape has none, and waits for nobody
   const ColourScene scene = star(3);
   Capacities room = enough(scene);
