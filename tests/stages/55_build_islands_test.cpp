@@ -120,7 +120,7 @@ class BuildIslandsTest : public DeviceTest {
   }
 
   IslandResult expectAsReference(const IslandScene& scene, size_t spare = 0) {
-    const IslandResult actual = device(scene, spare);
+    IslandResult actual = device(scene, spare);
     const IslandsReference expected = reference(scene);
     EXPECT_EQ(actual.roots, expected.roots);
     EXPECT_EQ(actual.solved, expected.solved);

@@ -79,7 +79,7 @@ class ColourConstraintsTest : public DeviceTest {
   Colours expectAsReference(const ColourScene& scene, uint rounds) {
     Capacities room = enough(scene);
     room.colourRounds = rounds;
-    const Colours actual = expectAsReference(scene, room);
+    Colours actual = expectAsReference(scene, room);
     if (!isGpuShape()) return actual;
     room.colourGroups = std::max(1u, device().residentGroups());
     const Colours resident = expectAsReference(scene, room);
@@ -87,7 +87,7 @@ class ColourConstraintsTest : public DeviceTest {
     return actual;
   }
   Colours expectAsReference(const ColourScene& scene, const Capacities& room) {
-    const Colours actual = colour(scene, room);
+    Colours actual = colour(scene, room);
     const ColoursReference expected = colourConstraintsReference(scene.constraints, scene.manifolds, scene.steps);
     EXPECT_EQ(actual.counters.overflow, 0u);
     EXPECT_EQ(actual.counters.colourCount, expected.colourCount);
