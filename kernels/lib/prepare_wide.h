@@ -214,4 +214,12 @@ WIDE int prepareWide(StepParams s, __global const SlotHeader* slots, __global co
   return 1;
 }
 
+// The manifolds of a block lie where their pairs do, far from each other, since slots are sorted by colour.
+WIDE void prefetchManifolds(__global const SlotHeader* slots, __global const Manifold* manifolds) {
+  for (uint i = 0; i < BTGPU_WIDE; ++i) {
+    const uint m = slots[i].manifold;
+    if (m != NO_INDEX) prefetchSoon(manifolds + m, sizeof(Manifold));
+  }
+}
+
 #endif

@@ -184,6 +184,7 @@ KERNEL prepareContacts(CHECKS uint slotCapacity, __global const StepCounters* co
   const int wide = canPrepareWide(s.flags);
   FOR_EACH(block, count / BTGPU_WIDE) {
     const uint first = block * BTGPU_WIDE;
+    if (block + 1 < block_end) prefetchManifolds(slots + first + BTGPU_WIDE, manifolds);
     if (wide && BLOCK_IS_SOUND(slots, first, manifolds, infos) &&
         prepareWide(s, slots + first, infos, poses, steps, masses, manifolds, rows + slotBase(first, SLOT_FIELDS))) {
       continue;
