@@ -17,22 +17,18 @@ size_t withSpare(size_t count) { return count + count / 16 + 64; }
 GatherContacts::GatherContacts(ComputeDevice& device)
     : m_inPlace(device.shape() == KernelShape::Cpu),
       m_mark(device, kFile, "markContacts"),
-      m_count(device, kFile, "countContacts"),
+      m_list(device, kFile, "listContacts"),
       m_gatherKeys(device, kFile, "gatherContactKeys"),
-      m_gather(device, kFile, "gatherContacts"),
-      m_compact(device) {}
+      m_gather(device, kFile, "gatherContacts") {}
 
 void GatherContacts::enqueue(Queue& queue, DeviceWorld& world, bool all) {
   queue.enterStage("95_gather_contacts");
-  const size_t capacity = world.capacities.pairs;
-  const Count count{capacity, &world.pairCount};
-  for (auto* array : {&m_touchingFlags, &m_freshFlags, &world.touching, &world.fresh}) array->resize(queue, capacity);
-  for (auto* array : {&m_touchingCount, &m_freshCount}) array->resize(queue, 1);
-  m_mark.launch(queue, queue.device().grid(capacity), static_cast<uint>(capacity), all ? 1u : 0u, world.counters,
-                world.manifolds, m_touchingFlags, m_freshFlags);
-  m_compact.run(queue, count, m_touchingFlags, world.touching, m_touchingCount);
-  m_compact.run(queue, count, m_freshFlags, world.fresh, m_freshCount);
-  m_count.launch(queue, {1, 1}, m_touchingCount, m_freshCount, world.counters);
+  const uint capacity = static_cast<uint>(world.capacities.pairs);
+  const Grid chunks = queue.device().chunkGrid(capacity);
+  for (auto* array : {&m_flags, &world.touching, &world.fresh}) array->resize(queue, capacity);
+  m_chunkSums.resize(queue, 2 * chunks.groups());
+  m_mark.launch(queue, chunks, capacity, all ? 1u : 0u, world.counters, world.manifolds, m_flags, m_chunkSums);
+  m_list.launch(queue, chunks, capacity, world.counters, m_flags, m_chunkSums, world.touching, world.fresh);
 }
 
 void GatherContacts::read(Queue& queue, DeviceWorld& world, bool all) {

@@ -4,7 +4,6 @@
 
 #include "../device_world.h"
 #include "../opencl/host_array.h"
-#include "../primitives/primitives.h"
 #include "../step_results.h"
 
 namespace btgpu {
@@ -32,10 +31,8 @@ class GatherContacts {
   void read(Queue& queue, DeviceWorld& world, bool all);
   bool m_inPlace;
   size_t m_touching = 0, m_fresh = 0;  // on their way
-  Kernel m_mark, m_count, m_gatherKeys, m_gather;
-  Compact m_compact;
-  DeviceArray<uint> m_touchingFlags{"touching flags"}, m_freshFlags{"fresh flags"};
-  DeviceArray<uint> m_touchingCount{"touching count"}, m_freshCount{"fresh count"};
+  Kernel m_mark, m_list, m_gatherKeys, m_gather;
+  DeviceArray<uint> m_flags{"contact flags"}, m_chunkSums{"contacts of chunks"};
   DeviceArray<ulong> m_keys{"contact keys"};
   DeviceArray<Manifold> m_contacts{"contacts"};
   HostArray<ulong> m_hostKeys;
