@@ -85,7 +85,10 @@ struct WorldState {
   StepResults results;      // of the last device step
   Path lastPath = Path::None;
   RestWatch rest;
-  StepSettings restSettings;      // of the steps before the world came to rest
+  // Of the steps before the world came to rest.
+  StepSettings restSettings;
+  const char* restCallback = nullptr;
+  ContactAddedCallback restAddedCallback = nullptr;
   bool inStepSimulation = false;  // of btgpu's own class
   SubstepCount substeps;
   std::shared_ptr<CrossCheck> crosscheck;  // null: not wanted

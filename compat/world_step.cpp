@@ -304,7 +304,11 @@ StepSettings WorldStep::settingsOf(btScalar timeStep) const {
 // would not show before something wakes (friction, a joint's motor, a callback for contacts) is read when it does.
 bool WorldStep::staysAtRest(const StepSettings& settings) {
   if (!m_state->rest.isSettled()) return false;
-  if (!(settings == m_state->restSettings)) {
+  // Which pairs are the host's may have changed.
+  const bool sameCallbacks =
+      m_state->restCallback == globalContactCallback() && m_state->restAddedCallback == gContactAddedCallback &&
+      m_state->reader.input().onlyListedPairs == (m_world.getPairCache()->getOverlapFilterCallback() != nullptr);
+  if (!(settings == m_state->restSettings) || !sameCallbacks) {
     m_state->rest.forget();
     return false;
   }
@@ -323,6 +327,8 @@ void WorldStep::watchRest(const StepSettings& settings, bool still) {
   if (!rest.isDue()) return;
   rest.settle(m_world.getCollisionObjectArray(), m_bodies, m_constraints, m_state->reader);
   m_state->restSettings = settings;
+  m_state->restCallback = globalContactCallback();
+  m_state->restAddedCallback = gContactAddedCallback;
 }
 
 // One step on the device, up to the point where stock has integrated the transforms. False if the stock path

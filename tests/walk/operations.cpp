@@ -412,7 +412,7 @@ std::string ignorePair(Walker& w, RandomSource& random) {
 // Bullet's algorithms know the types of their shapes: whoever changes a shape cleans the pairs.
 std::string setShape(Walker& w, RandomSource& random) {
   WalkObject* o = pick(w.objects(), random, [](const WalkObject& x) { return isMoving(x); });
-  auto shape = makeWalkShape(static_cast<int>(random() % convexKinds().size()), random);
+  auto shape = makeWalkShape(static_cast<int>(random() % walkConvexKinds().size()), random);
   if (!o) return "none";
   const bool outside = chance(random, 2);
   if (outside) {
@@ -447,7 +447,7 @@ std::string editCompound(Walker& w, RandomSource& random) {
   const int children = shape.compound->getNumChildShapes();
   const unsigned what = random() % 3;
   if (what == 0 && children < 4) {
-    shape.parts.push_back(makeWalkShape(static_cast<int>(random() % convexKinds().size()), random));
+    shape.parts.push_back(makeWalkShape(static_cast<int>(random() % walkConvexKinds().size()), random));
     shape.compound->addChildShape(at, shape.parts.back()->shape);
   } else if (what == 1 && children > 1) {
     // Child algorithms go by index: without this they hold a shape that is gone.

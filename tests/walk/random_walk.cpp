@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "random_walk.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <set>
@@ -110,22 +111,26 @@ std::string stateOf(const btCollisionObject& o) {
   return bits.bytes();
 }
 
-std::string contactsOf(Walker& w) {
-  Bits bits;
+// A line a manifold, a word a number.
+std::vector<std::string> contactsOf(Walker& w) {
+  std::vector<std::string> lines;
   for (int i = 0; i < w.dispatcher().getNumManifolds(); ++i) {
     const btPersistentManifold& m = *w.dispatcher().getManifoldByIndexInternal(i);
-    bits.add(idOf(m.getBody0()));
-    bits.add(idOf(m.getBody1()));
+    std::string line = std::to_string(idOf(m.getBody0())) + " and " + std::to_string(idOf(m.getBody1()));
+    char text[200];
     for (int k = 0; k < m.getNumContacts(); ++k) {
       const btManifoldPoint& p = m.getContactPoint(k);
-      bits.add(p.getDistance());
-      bits.add(p.getAppliedImpulse());
-      bits.add(p.getLifeTime());
-      bits.add(p.getPositionWorldOnB());
-      bits.add(p.m_userPersistentData != nullptr);
+      const btVector3& at = p.getPositionWorldOnB();
+      std::snprintf(text, sizeof text, "; distance %a impulse %a life %d at %a %a %a%s", double(p.getDistance()),
+                    double(p.getAppliedImpulse()), p.getLifeTime(), double(at.x()), double(at.y()), double(at.z()),
+                    p.m_userPersistentData ? " marked" : "");
+      line += text;
     }
+    lines.push_back(line);
   }
-  return bits.bytes();
+  // Who comes first in the dispatcher's list is up to the host's broadphase, of what the host collides.
+  std::sort(lines.begin(), lines.end());
+  return lines;
 }
 
 // Two worlds of btgpu's that differ in who looks at them.
@@ -142,7 +147,15 @@ std::string differenceOf(Walker& a, Walker& b) {
                   double(q.y()), double(q.z()), y.getActivationState());
     return text;
   }
-  return contactsOf(a) == contactsOf(b) ? "" : "contacts are not the same where nobody looks";
+  const std::vector<std::string> x = contactsOf(a), y = contactsOf(b);
+  for (std::size_t i = 0; i < std::max(x.size(), y.size()); ++i) {
+    const std::string one = i < x.size() ? x[i] : "none", other = i < y.size() ? y[i] : "none";
+    if (one != other) {
+      return "contacts are not the same where nobody looks: manifold " + std::to_string(i) + ": " + one + "\n  or " +
+             other;
+    }
+  }
+  return "";
 }
 
 std::string failuresOf(const std::vector<btGpuCheck>& checks) {

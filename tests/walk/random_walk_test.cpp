@@ -6,12 +6,14 @@
 //
 //   BTGPU_WALK_SEEDS=10-19 BTGPU_WALK_LENGTH=10000   which walks, and how long; left out: 1-4, 500
 //   BTGPU_WALK_VERBOSE=1                             tells each operation before it is done on btgpu
+//   BTGPU_WALK_ONLY=0,3,17                           these operations of each walk only
 //   BTGPU_WALK_SHRINK=200                            so many attempts to fail with fewer operations
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <sstream>
 
 #include "random_walk.h"
 
@@ -46,10 +48,25 @@ std::vector<std::uint32_t> seeds() {
   return all;
 }
 
+// Those of BTGPU_WALK_ONLY.
+std::vector<Operation> chosen(std::vector<Operation> walk) {
+  const std::string text = environmentOr("BTGPU_WALK_ONLY", "");
+  if (text.empty()) return walk;
+  std::vector<Operation> some;
+  std::istringstream in(text);
+  for (std::string number; std::getline(in, number, ',');) some.push_back(walk.at(std::stoul(number)));
+  return some;
+}
+
 void tell(std::uint32_t seed, const std::vector<Operation>& walk, const WalkResult& result) {
   std::printf("seed %u fails after %zu operations: %s\n", seed, result.done.size(), result.failure.c_str());
   const std::size_t first = walk.size() > 60 ? result.done.size() - std::min<std::size_t>(40, result.done.size()) : 0;
-  for (std::size_t i = first; i < result.done.size(); ++i) std::printf("  %zu: %s\n", i, result.done[i].c_str());
+  std::string only;
+  for (std::size_t i = first; i < result.done.size(); ++i) {
+    std::printf("  %d: %s\n", walk[i].index, result.done[i].c_str());
+    only += (only.empty() ? "" : ",") + std::to_string(walk[i].index);
+  }
+  if (first == 0) std::printf("BTGPU_WALK_ONLY=%s\n", only.c_str());
 }
 
 TEST(RandomWalk, IsStocks) {
@@ -60,7 +77,7 @@ TEST(RandomWalk, IsStocks) {
   unsigned long long device = 0, stock = 0, checked = 0, resting = 0;
   long left = -1;
   for (const std::uint32_t seed : seeds()) {
-    std::vector<Operation> walk = makeWalk(seed, length);
+    std::vector<Operation> walk = chosen(makeWalk(seed, length));
     WalkResult result = runWalk(walk, seed, verbose);
     device += result.deviceSteps;
     stock += result.stockSteps;

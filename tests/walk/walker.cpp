@@ -179,7 +179,7 @@ std::vector<Operation> makeWalk(std::uint32_t seed, int count) {
         left -= weights[static_cast<std::size_t>(which)];
       }
     }
-    walk.push_back({which, static_cast<std::uint32_t>(random())});
+    walk.push_back({which, static_cast<std::uint32_t>(random()), i});
   }
   return walk;
 }

@@ -23,6 +23,7 @@ namespace btgpu::test {
 struct Operation {
   int kind;            // of operationKinds()
   std::uint32_t seed;  // of all that it chooses
+  int index;           // in the walk that it was made for
 };
 
 // A shape with what it is made of; goes with the last object that has it.
@@ -145,6 +146,7 @@ std::vector<Operation> makeWalk(std::uint32_t seed, int count);
 // Shapes of all kinds: convex, concave, compound, of the host. Null if `which` is beyond the last.
 std::shared_ptr<WalkShape> makeWalkShape(int which, RandomSource& random);
 int walkShapeCount();
+const std::vector<ShapeKind>& walkConvexKinds();  // the first of them
 
 // Sets back what is the process's, not a world's: callbacks and the like.
 void resetGlobals();
