@@ -102,11 +102,13 @@ const OtherKind kOthers[] = {
 }  // namespace
 
 // Bullet's 2D shapes are for worlds that move in a plane; where two of them meet otherwise, stock sees them along z and
-// btgpu as they are (tests/convex/shape_kinds.h). Scenes rain_box_2d_on_... have them.
+// btgpu as they are (tests/convex/shape_kinds.h). Scenes rain_box_2d_on_... have them. A sum with a cone or cylinder in
+// it has a larger AABB in btgpu than in stock (Shapes.BoundsAreBullets), which joins islands sooner.
 const std::vector<ShapeKind>& walkConvexKinds() {
   static const std::vector<ShapeKind> kinds = [] {
     std::vector<ShapeKind> all = convexKinds();
-    all.erase(std::remove_if(all.begin(), all.end(), [](const ShapeKind& k) { return k.name.rfind("2D", 0) == 0; }),
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [](const ShapeKind& k) { return k.name.rfind("2D", 0) == 0 || k.name == "round sum"; }),
               all.end());
     return all;
   }();
