@@ -321,9 +321,7 @@ std::string setMass(Walker& w, RandomSource& random) {
   WalkObject* o = pick(w.objects(), random, isMoving);
   const btScalar mass = scalarIn(random, 0.3, 8);
   if (!o) return "none";
-  btVector3 inertia;
-  o->shape->shape->calculateLocalInertia(mass, inertia);
-  o->body()->setMassProps(mass, inertia);
+  o->body()->setMassProps(mass, inertiaOf(*o->shape->shape, mass));
   if (chance(random, 2)) o->body()->updateInertiaTensor();
   return text("%d", o->id);
 }
@@ -373,9 +371,7 @@ std::string becomeKinematic(Walker& w, RandomSource& random) {
   o->kind = kinematic ? WalkKind::Kinematic : WalkKind::Dynamic;
   o->object->setCollisionFlags(o->object->getCollisionFlags() ^ btCollisionObject::CF_KINEMATIC_OBJECT);
   if (!kinematic) {
-    btVector3 inertia;
-    o->shape->shape->calculateLocalInertia(mass, inertia);
-    o->body()->setMassProps(mass, inertia);
+    o->body()->setMassProps(mass, inertiaOf(*o->shape->shape, mass));
     o->body()->updateInertiaTensor();
     o->body()->forceActivationState(ACTIVE_TAG);
   } else {

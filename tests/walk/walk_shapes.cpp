@@ -115,6 +115,15 @@ const std::vector<ShapeKind>& walkConvexKinds() {
   return kinds;
 }
 
+btVector3 inertiaOf(const btCollisionShape& shape, btScalar mass) {
+  btVector3 inertia(0, 0, 0);
+  shape.calculateLocalInertia(mass, inertia);
+  for (int k = 0; k < 3; ++k) {
+    if (!(inertia[k] > s(0))) inertia[k] = mass * s(0.1);
+  }
+  return inertia;
+}
+
 int walkShapeCount() { return static_cast<int>(walkConvexKinds().size() + std::size(kOthers)); }
 
 std::shared_ptr<WalkShape> makeWalkShape(int which, RandomSource& random) {

@@ -96,7 +96,7 @@ WalkObject& Walker::makeObject(WalkKind kind, std::shared_ptr<WalkShape> shape, 
     made.object = std::make_unique<btCollisionObject>();
   } else {
     btVector3 inertia(0, 0, 0);
-    if (kind == WalkKind::Dynamic) made.shape->shape->calculateLocalInertia(mass, inertia);
+    if (kind == WalkKind::Dynamic) inertia = inertiaOf(*made.shape->shape, mass);
     made.motionState = id % 3 == 0 ? nullptr : std::make_unique<WalkMotionState>();
     if (made.motionState) made.motionState->transform = at;
     btRigidBody::btRigidBodyConstructionInfo info(kind == WalkKind::Dynamic ? mass : btScalar(0),

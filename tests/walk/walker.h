@@ -148,6 +148,9 @@ std::shared_ptr<WalkShape> makeWalkShape(int which, RandomSource& random);
 int walkShapeCount();
 const std::vector<ShapeKind>& walkConvexKinds();  // the first of them
 
+// Not zero, as Bullet has it for triangles: rolling friction of what can't turn is NaN in stock.
+btVector3 inertiaOf(const btCollisionShape& shape, btScalar mass);
+
 // Sets back what is the process's, not a world's: callbacks and the like.
 void resetGlobals();
 
