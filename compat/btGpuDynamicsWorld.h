@@ -121,6 +121,11 @@ struct btGpuSettings {
   /// Keeps the contact manifolds in the dispatcher current: points, impulses and lifetimes, with the same
   /// btPersistentManifold as long as a pair lives. Turned off, the dispatcher has none, and their transfer is saved.
   bool m_contacts = true;
+  /// While everything sleeps, each step looks whether the application has moved, pushed or changed a sleeping object.
+  /// Turned off, it looks only whether one has been activated (activate(), forceActivationState()), added or removed,
+  /// which takes less than half the time, and of all else it takes notice in the first step after one has been
+  /// (docs/compatibility.md, "Sleeping worlds"). Of no effect while anything is awake.
+  bool m_watchSleepers = true;
   /// Unset: as the environment variable BTGPU_SOLVER says (parity, fast, mass_splitting or two_level), else Parity.
   std::optional<btGpuSolver> m_solver;
   /// Of TwoLevel. Unset: as the environment variable BTGPU_TWO_LEVEL says (space or index, phase or batch, as in
@@ -195,6 +200,8 @@ struct btGpuStatistics {
   /// Of m_deviceSteps, those that the device had begun before stepSimulation came to them: it runs one substep ahead
   /// while nothing needs the state in between (docs/pipeline.md, "Substeps").
   unsigned long long m_prefetchedSteps = 0;
+  /// Of m_deviceSteps, those in which everything slept and nothing had changed, so that there was nothing to do.
+  unsigned long long m_restingSteps = 0;
   unsigned long long m_repeatedSteps = 0;   ///< steps done twice because an array on the device was too small
   unsigned long long m_recoveredSteps = 0;  ///< steps done twice because a call of OpenCL failed, and then did not
   /// Steps in which a stage was off its reference by more than its contract (btGpuSettings::m_checkStages), and the
@@ -261,9 +268,9 @@ BTGPU_API btGpuWorld : public Base {
   void rayTestBatch(const btGpuRay* rays, btGpuRayHit* hits, int count) const;
   void rayTestBatch(const std::vector<btGpuRay>& rays, std::vector<btGpuRayHit>& hits) const;
 
-  /// The same of convexSweepTest, by the functions that find contacts on the device: hits[i] is what stock would find to
-  /// within the 0.001 length units before a surface at which its sweeps end. Shapes and objects' shapes that the device
-  /// lacks are Bullet's, and named; without a device all are.
+  /// The same of convexSweepTest, by the functions that find contacts on the device: hits[i] is what stock would find
+  /// to within the 0.001 length units before a surface at which its sweeps end. Shapes and objects' shapes that the
+  /// device lacks are Bullet's, and named; without a device all are.
   void convexSweepBatch(const btGpuSweep* sweeps, btGpuSweepHit* hits, int count) const;
   void convexSweepBatch(const std::vector<btGpuSweep>& sweeps, std::vector<btGpuSweepHit>& hits) const;
 

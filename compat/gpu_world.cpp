@@ -36,6 +36,7 @@ void btGpuWorld<Base>::configure(btGpuWorld* world, const btGpuSettings& setting
   state->small.use(settings);
   state->crosscheck.reset();
   state->crosscheckAsked = false;
+  state->rest.forget();
   if (sameEngine && state->engine) return;
   state->engine.reset();
   state->engineError.clear();
@@ -85,6 +86,7 @@ int btGpuWorld<Base>::stepSimulation(btScalar timeStep, int maxSubSteps, btScala
   const auto state = btgpu::findState(this);
   const btgpu::WorldScope scope(state->zones);
   const Zone zone("stepSimulation");
+  const btgpu::StepSimulationScope inside(*state, btgpu::WorldStep(*this, nullptr).isAllOurs());
   return Base::stepSimulation(timeStep, maxSubSteps, fixedTimeStep);
 }
 
@@ -99,30 +101,42 @@ void btGpuWorld<Base>::internalSingleStepSimulation(btScalar timeStep) {
 template <typename Base>
 void btGpuWorld<Base>::synchronizeMotionStates() {
   const Zone zone("synchronizeMotionStates");
+  const auto state = btgpu::findState(this);
   if (this->m_synchronizeAllMotionStates) {
     Base::synchronizeMotionStates();
-  } else {
-    btgpu::findState(this)->motionStates.write(*this, this->m_nonStaticRigidBodies);
+  } else if (!state->rest.isConfirmed()) {
+    state->motionStates.write(*this, this->m_nonStaticRigidBodies);
   }
 }
 
 template <typename Base>
 void btGpuWorld<Base>::applyGravity() {
   const Zone zone("applyGravity");
+  if (btgpu::findState(this)->rest.isConfirmed()) return;
   btgpu::applyGravityTo(this->m_nonStaticRigidBodies);
 }
 
 template <typename Base>
 void btGpuWorld<Base>::clearForces() {
   const Zone zone("clearForces");
-  btgpu::findState(this)->substeps.endStepSimulation();
+  const auto state = btgpu::findState(this);
+  state->substeps.endStepSimulation();
+  if (state->rest.isConfirmed()) return;
   btgpu::clearForcesOf(this->m_nonStaticRigidBodies);
 }
 
 template <typename Base>
 void btGpuWorld<Base>::saveKinematicState(btScalar timeStep) {
   const Zone zone("saveKinematicState");
-  btgpu::findState(this)->substeps.startStepSimulation(double(timeStep));
+  const auto state = btgpu::findState(this);
+  state->substeps.startStepSimulation(double(timeStep));
+  if (state->inStepSimulation) {
+    const auto watch = state->settings.m_watchSleepers ? btgpu::Watch::Everything : btgpu::Watch::Activations;
+    if (state->rest.isUndisturbed(this->m_collisionObjects, this->m_nonStaticRigidBodies, this->m_constraints,
+                                  state->reader, watch)) {
+      return;
+    }
+  }
   const btCollisionObjectArray& objects = this->m_collisionObjects;
   for (const int i : btgpu::awakeKinematicBodies(objects)) {
     if (i >= objects.size()) break;  // the motion state that was asked last took bodies out

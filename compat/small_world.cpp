@@ -21,18 +21,11 @@ bool isOn(const char* variable) {
   return value && std::string(value) != "0";
 }
 
-bool isWatched(const btGpuSettings& s) {
-  constexpr const char* kVariables[] = {"BTGPU_CROSSCHECK",    "BTGPU_CHECK_STAGES", "BTGPU_HOST_STAGES",
-                                        "BTGPU_CAPTURE",       "BTGPU_STAGE_HASHES", "BTGPU_WATCH",
-                                        "BTGPU_DEBUG_KERNELS", "BTGPU_PRINTF",       "BTGPU_PROFILE"};
-  return s.m_crosscheckEvery > 0 || s.m_profile || s.m_keepContacts || s.m_checkStages || s.m_debugKernels ||
-         !s.m_hostStages.empty() || !s.m_profileFile.empty() ||
-         std::any_of(std::begin(kVariables), std::end(kVariables), isOn);
-}
+bool isTimed(const btGpuSettings& s) { return s.m_profile || !s.m_profileFile.empty() || isOn("BTGPU_PROFILE"); }
 
 long limitOf(const btGpuSettings& s) {
   if (s.m_smallWorld >= 0) return s.m_smallWorld;
-  if (!s.m_device.empty() || isWatched(s) || solverOf(s) != Solver::Parity) return 0;
+  if (!s.m_device.empty() || isTimed(s) || looksAtSteps(s) || solverOf(s) != Solver::Parity) return 0;
   const char* text = environment("BTGPU_SMALL_WORLD");
   if (!text) return kDefaultLimit;
   char* end = nullptr;
@@ -43,6 +36,14 @@ long limitOf(const btGpuSettings& s) {
 }
 
 }  // namespace
+
+bool looksAtSteps(const btGpuSettings& s) {
+  constexpr const char* kVariables[] = {"BTGPU_CROSSCHECK", "BTGPU_CHECK_STAGES", "BTGPU_HOST_STAGES",
+                                        "BTGPU_CAPTURE",    "BTGPU_STAGE_HASHES", "BTGPU_WATCH",
+                                        "BTGPU_PRINTF",     "BTGPU_DEBUG_KERNELS"};
+  return s.m_crosscheckEvery > 0 || s.m_keepContacts || s.m_checkStages || s.m_debugKernels ||
+         !s.m_hostStages.empty() || std::any_of(std::begin(kVariables), std::end(kVariables), isOn);
+}
 
 void SmallWorld::use(const btGpuSettings& settings) { m_limit = limitOf(settings); }
 

@@ -6,6 +6,10 @@
 
 namespace btgpu {
 
+// Whether settings or the environment ask for what becomes of each of the device's steps: the cross-check, captures,
+// stages that are checked and the like. Profiles are not among them.
+bool looksAtSteps(const btGpuSettings& settings);
+
 // Whether a world is so small that stock Bullet has done its step before a device would be through its launches
 // (docs/decisions/0015-small-worlds.md). It goes by counts, not by clocks: the same run takes the same paths.
 class SmallWorld {

@@ -29,6 +29,7 @@ class WorldMembers : public btDiscreteDynamicsWorld {
   using btDiscreteDynamicsWorld::internalSingleStepSimulation;
   using btDiscreteDynamicsWorld::predictUnconstraintMotion;
   using btDiscreteDynamicsWorld::releasePredictiveContacts;
+  using btDiscreteDynamicsWorld::saveKinematicState;
   using btDiscreteDynamicsWorld::updateActions;
   using btDiscreteDynamicsWorld::updateActivationState;
 };

@@ -17,6 +17,7 @@
 #include "../translation/read_joints.h"
 #include "../translation/read_queries.h"
 #include "../translation/read_world.h"
+#include "../translation/rest_watch.h"
 #include "../translation/world_loops.h"
 #include "btGpuDynamicsWorld.h"
 #include "crosscheck.h"
@@ -83,6 +84,12 @@ struct WorldState {
   EngineRetry engineRetry;  // when it is tried again, if not after configure() only
   StepResults results;      // of the last device step
   Path lastPath = Path::None;
+  RestWatch rest;
+  // Of the steps before the world came to rest.
+  StepSettings restSettings;
+  const char* restCallback = nullptr;
+  ContactAddedCallback restAddedCallback = nullptr;
+  bool inStepSimulation = false;  // of btgpu's own class
   SubstepCount substeps;
   std::shared_ptr<CrossCheck> crosscheck;  // null: not wanted
   bool crosscheckAsked = false;            // it is known whether it is wanted
@@ -93,6 +100,7 @@ struct WorldState {
     reader.clear();
     contacts.forget();
     contactsBehind = false;
+    rest.forget();
   }
 
   QueryReader queries{QueryKind::Rays};  // of batches, with what goes down and comes up
@@ -105,6 +113,25 @@ struct WorldState {
 
   FallbackList fallbacks;
   btGpuStatistics statistics;
+};
+
+// While a stepSimulation runs, what RestWatch has found out holds until the application is called.
+class StepSimulationScope {
+ public:
+  StepSimulationScope(WorldState& state, bool ownClass) : m_state(state), m_outer(state.inStepSimulation) {
+    m_state.inStepSimulation = ownClass;
+    m_state.rest.endConfirmation();
+  }
+  ~StepSimulationScope() {
+    m_state.inStepSimulation = m_outer;
+    m_state.rest.endConfirmation();
+  }
+  StepSimulationScope(const StepSimulationScope&) = delete;
+  StepSimulationScope& operator=(const StepSimulationScope&) = delete;
+
+ private:
+  WorldState& m_state;
+  bool m_outer;
 };
 
 // The state of a world, made if there is none: an address may be used again without a destructor having run.

@@ -173,6 +173,15 @@ void keepStatistics(WorldState& state) {
   }
 }
 
+// Of a step that needed nothing done: the counts of the last one hold for it too.
+void keepRestingStatistics(WorldState& state) {
+  btGpuStatistics& s = state.statistics;
+  ++s.m_deviceSteps;
+  ++s.m_restingSteps;
+  s.m_launches = s.m_waits = 0;
+  s.m_deviceMs = s.m_waitMs = 0;
+}
+
 // Manifolds of the last step, on whichever path, those of sleepers included; negative: there was none. On the device it
 // has one for each pair.
 int lastManifolds(const WorldState& state, btDispatcher& dispatcher) {
@@ -231,6 +240,12 @@ const char* WorldStep::overriddenStage() const {
   return nullptr;
 }
 
+bool WorldStep::isAllOurs() const {
+  return !overrides(&WorldMembers::internalSingleStepSimulation) && !overrides(&WorldMembers::saveKinematicState) &&
+         !overrides(&WorldMembers::applyGravity) && !overrides(&WorldMembers::synchronizeMotionStates) &&
+         !overrides(&WorldMembers::clearForces);
+}
+
 // True if between two substeps of a stepSimulation the application gets to see and change bodies at most, by their
 // motion states: then contacts and the host's broadphase are brought up to date after the last substep only, and the
 // device goes on meanwhile.
@@ -255,6 +270,7 @@ void WorldStep::run(btScalar timeStep) {
   m_state->substeps.startSubstep(double(timeStep));
   if (const btInternalTickCallback preTick = m_world.*&WorldMembers::m_internalPreTickCallback) {
     const Zone callbackZone("preTickCallback");
+    m_state->rest.endConfirmation();
     preTick(&m_world, timeStep);
   }
   if (!runOnDevice(timeStep)) {
@@ -263,12 +279,56 @@ void WorldStep::run(btScalar timeStep) {
   }
   // From here on as in stock. With actions in the world the sleep timers come after them, on the host.
   const bool hostActivation = m_actions.size() > 0;
+  const btInternalTickCallback tick = m_world.*&WorldMembers::m_internalTickCallback;
+  if (hostActivation || tick || !m_state->inStepSimulation) m_state->rest.endConfirmation();
   (m_world.*&WorldMembers::updateActions)(timeStep);
   if (hostActivation) (m_world.*&WorldMembers::updateActivationState)(timeStep);
-  if (const btInternalTickCallback tick = m_world.*&WorldMembers::m_internalTickCallback) {
+  // An action may have set one.
+  if (const btInternalTickCallback now = m_world.*&WorldMembers::m_internalTickCallback) {
     const Zone callbackZone("tickCallback");
-    tick(&m_world, timeStep);
+    now(&m_world, timeStep);
   }
+}
+
+StepSettings WorldStep::settingsOf(btScalar timeStep) const {
+  StepSettings settings = readSettings(m_world, timeStep);
+  chooseSolver(m_state->settings, settings);
+  settings.pairFinder = pairFinderOf(m_state->settings);
+  settings.contacts = m_state->settings.m_contacts;
+  settings.allContacts = m_state->contacts.isFresh();
+  settings.hostActivation = m_actions.size() > 0;
+  return settings;
+}
+
+// True if everything sleeps and the step would leave it as the one before it has: then nothing is to be done. What
+// would not show before something wakes (friction, a joint's motor, a callback for contacts) is read when it does.
+bool WorldStep::staysAtRest(const StepSettings& settings) {
+  if (!m_state->rest.isSettled()) return false;
+  // Which pairs are the host's may have changed.
+  const bool sameCallbacks =
+      m_state->restCallback == globalContactCallback() && m_state->restAddedCallback == gContactAddedCallback &&
+      m_state->reader.input().onlyListedPairs == (m_world.getPairCache()->getOverlapFilterCallback() != nullptr);
+  if (!(settings == m_state->restSettings) || !sameCallbacks) {
+    m_state->rest.forget();
+    return false;
+  }
+  const Watch watch = m_state->settings.m_watchSleepers ? Watch::Everything : Watch::Activations;
+  return m_state->rest.isUndisturbed(m_world.getCollisionObjectArray(), m_bodies, m_constraints, m_state->reader,
+                                     watch);
+}
+
+// After a step on the device; `still`: it changed nothing, and nothing was changed for it.
+void WorldStep::watchRest(const StepSettings& settings, bool still) {
+  // The host's broadphase has to come to rest too, and sees the last substep of a batch only.
+  if (still && settings.substepsToFollow > 0) return;
+  RestWatch& rest = m_state->rest;
+  rest.endStep(still && !settings.keepContacts && !looksAtSteps(m_state->settings) &&
+               !overrides(&WorldMembers::updateAabbs));
+  if (!rest.isDue()) return;
+  rest.settle(m_world.getCollisionObjectArray(), m_bodies, m_constraints, m_state->reader);
+  m_state->restSettings = settings;
+  m_state->restCallback = globalContactCallback();
+  m_state->restAddedCallback = gContactAddedCallback;
 }
 
 // One step on the device, up to the point where stock has integrated the transforms. False if the stock path
@@ -288,6 +348,13 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   bool hostPairsDone = missing.empty() && m_state->settings.m_hostQueries && hasPairCallback(m_world);
   if (hostPairsDone) updateHostBroadphase(timeStep);
   Stopwatch watch;
+  StepSettings settings = settingsOf(timeStep);
+  if (missing.empty() && staysAtRest(settings)) {
+    m_world.getSolverInfo().m_timeStep = timeStep;
+    keepRestingStatistics(*m_state);
+    m_state->statistics.m_translateMs = watch.lap();
+    return true;
+  }
   if (missing.empty() && m_state->engineRetry.due()) {
     m_state->engineError.clear();
     m_state->forgetWorld();
@@ -322,12 +389,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
     releaseStockManifolds(m_world, *m_state);
     m_state->contacts.forget();
   }
-  StepSettings settings = readSettings(m_world, timeStep);
-  chooseSolver(m_state->settings, settings);
-  settings.pairFinder = pairFinderOf(m_state->settings);
-  settings.contacts = contacts;
-  settings.allContacts = m_state->contacts.isFresh();
-  settings.hostActivation = m_actions.size() > 0;
+  settings = settingsOf(timeStep);  // callbacks may have changed some
   const std::shared_ptr<CrossCheck> check = crossCheckOf(*m_state);
   const bool checked = check && check->isDue();
   settings.keepContacts = m_state->settings.m_keepContacts || checked;
@@ -378,7 +440,8 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   m_state->contactsBehind = contacts && !last;
   if (settings.solver == Solver::Fast) m_state->joints.remember(m_state->results.jointImpulses);
   writeBackJoints(m_world, m_state->joints, input, m_state->results, timeStep);
-  writeBackBodies(timeStep);
+  const bool unchanged = input.unchanged() && input.hostManifolds.empty();
+  const bool wrote = writeBackBodies(timeStep);
   m_state->reader.acceptResults(m_state->results);
   keepStatistics(*m_state);
   reportShares(*m_state, m_actions.size());
@@ -393,6 +456,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   } else if (check) {
     check->skipStep();
   }
+  watchRest(settings, unchanged && !wrote);
   return true;
 }
 
@@ -440,22 +504,24 @@ void WorldStep::predictContacts(btScalar timeStep) {
 }
 
 // Fast bodies that ask for it go no farther than to what they hit (btDiscreteDynamicsWorld::integrateTransforms).
-void WorldStep::writeBackBodies(btScalar timeStep) {
+bool WorldStep::writeBackBodies(btScalar timeStep) {
   const std::vector<std::uint32_t> fast = fastBodies(m_state->reader, m_state->results, timeStep);
+  bool wrote = !fast.empty();
   if (fast.empty()) {
-    btgpu::writeBackBodies(m_state->reader, m_state->results, timeStep);
+    wrote = btgpu::writeBackBodies(m_state->reader, m_state->results, timeStep);
   } else {
     writeBackInOrder(m_state->reader, m_state->results, timeStep, m_bodies, fast, [this, timeStep](btRigidBody& body) {
       btRigidBody* one = &body;
       (m_world.*&WorldMembers::integrateTransformsInternal)(&one, 1, timeStep);
     });
   }
-  if (!(m_world.*&WorldMembers::m_applySpeculativeContactRestitution) || m_predictive.size() == 0) return;
+  if (!(m_world.*&WorldMembers::m_applySpeculativeContactRestitution) || m_predictive.size() == 0) return wrote;
   // What stock does for restitution after it has integrated the bodies of its list.
   const int bodies = m_bodies.size();
   m_bodies.resizeNoInitialize(0);
   (m_world.*&WorldMembers::integrateTransforms)(timeStep);
   m_bodies.resizeNoInitialize(bodies);
+  return true;
 }
 
 // Brings the dispatcher's manifolds to where the last substep left them, if that was not the last of its batch:
@@ -528,6 +594,7 @@ void WorldStep::runStock(btScalar timeStep) {
     }
   }
   giveIslandTags();
+  m_state->rest.forget();
   m_state->lastPath = Path::Stock;
   ++m_state->statistics.m_stockSteps;
   if (const auto check = crossCheckOf(*m_state)) check->stockStep();

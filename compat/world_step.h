@@ -21,12 +21,18 @@ class WorldStep {
   // actions.
   void run(btScalar timeStep);
 
+  // Whether a stepSimulation is nothing but btgpu's, but for callbacks and actions.
+  bool isAllOurs() const;
+
  private:
   bool runOnDevice(btScalar timeStep);
+  StepSettings settingsOf(btScalar timeStep) const;
+  bool staysAtRest(const StepSettings& settings);
+  void watchRest(const StepSettings& settings, bool still);
   bool mayBatchSubsteps() const;
   bool findHostContacts(btScalar timeStep, bool hostPairsDone, FallbackList& missing);
   void predictContacts(btScalar timeStep);
-  void writeBackBodies(btScalar timeStep);
+  bool writeBackBodies(btScalar timeStep);
   void updateHostBroadphase(btScalar timeStep);
   void catchUpContacts();
   void runStock(btScalar timeStep);

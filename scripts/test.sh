@@ -32,13 +32,14 @@ run_short() {
 
 # ---- the long list: name, then a function item_<name> -----------------------------------------------------------
 slices=(long_tests long_capacity threads install clang tidy_engine tidy_facade sanitize_engine sanitize_stages
-        sanitize_translation sanitize_compat)
+        sanitize_translation sanitize_compat sanitize_walk walk_0 walk_1 walk_2 walk_3 walk_4 walk_5 walk_6 walk_7 walk_8
+        walk_9)
 long_items=("${slices[@]}" short)
 
 item_short() { run_short; }
 item_long_tests() {
   build ci
-  ctest --test-dir build/ci --output-on-failure --label-regex long --exclude-regex '^capacity/'
+  ctest --test-dir build/ci --output-on-failure --label-regex long --exclude-regex '^(capacity|walk)/'
 }
 item_long_capacity() {
   build ci
@@ -68,6 +69,13 @@ item_sanitize_engine() { sanitize lib primitives opencl regression capacity; }
 item_sanitize_stages() { sanitize stages debug fuzz; }
 item_sanitize_translation() { sanitize translation tools; }
 item_sanitize_compat() { sanitize compat; }
+item_sanitize_walk() { sanitize walk; }
+# A tenth of the long random walks, in both kernel shapes.
+walk() {  # PIECE
+  build ci btgpu_engine test_walk_random
+  ctest --test-dir build/ci --output-on-failure --tests-regex "^walk/long_$1\\."
+}
+for piece in {0..9}; do eval "item_walk_$piece() { walk $piece; }"; done
 item_threads() {
   build tsan btgpu_engine test_compat_worlds_on_threads test_compat_worlds_on_threads.float64
   # The driver and its threads are not instrumented: what is called from there does not count.

@@ -112,6 +112,26 @@ void writeManifold(const Manifold& from, btPersistentManifold& manifold) {
   fillManifold(from, manifold);
 }
 
+namespace {
+
+// Bullet's algorithms for boxes and planes ask when they are made whether the pair is to collide, and have no manifold
+// for ever if it is not: of two that sleep they would let one fall through the other when it wakes.
+class Awake {
+ public:
+  explicit Awake(btCollisionObject& object) : m_object(object), m_state(object.getActivationState()) {
+    object.forceActivationState(ACTIVE_TAG);
+  }
+  ~Awake() { m_object.forceActivationState(m_state); }
+  Awake(const Awake&) = delete;
+  Awake& operator=(const Awake&) = delete;
+
+ private:
+  btCollisionObject& m_object;
+  int m_state;
+};
+
+}  // namespace
+
 btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject& a, btCollisionObject& b) {
   if (!a.getBroadphaseHandle() || !b.getBroadphaseHandle()) return nullptr;
   btBroadphasePair* pair = world.getPairCache()->findPair(a.getBroadphaseHandle(), b.getBroadphaseHandle());
@@ -121,7 +141,10 @@ btPersistentManifold* manifoldOfPair(btCollisionWorld& world, btCollisionObject&
   btDispatcher& dispatcher = *world.getDispatcher();
   const btCollisionObjectWrapper w0(nullptr, first->getCollisionShape(), first, first->getWorldTransform(), -1, -1);
   const btCollisionObjectWrapper w1(nullptr, second->getCollisionShape(), second, second->getWorldTransform(), -1, -1);
-  if (!pair->m_algorithm) pair->m_algorithm = dispatcher.findAlgorithm(&w0, &w1, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  if (!pair->m_algorithm) {
+    const Awake awake(*first);
+    pair->m_algorithm = dispatcher.findAlgorithm(&w0, &w1, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  }
   if (!pair->m_algorithm) return nullptr;
   btManifoldArray manifolds;
   pair->m_algorithm->getAllContactManifolds(manifolds);

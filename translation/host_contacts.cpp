@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "host_contacts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -75,6 +76,11 @@ void HostContacts::find(btDiscreteDynamicsWorld& world, const WorldReader& reade
       m_found.push_back({manifolds[k], inOrder ? a : b, inOrder ? b : a});
     }
   }
+  // The order of the pairs in the cache tells how they came there, which depends on what else has gone on (DbvtUpdater,
+  // RestWatch); what is solved does not.
+  std::stable_sort(m_found.begin(), m_found.end(), [](const Found& x, const Found& y) {
+    return pairKeyOf(x.bodyA, x.bodyB) < pairKeyOf(y.bodyA, y.bodyB);
+  });
 }
 
 void HostContacts::add(const btAlignedObjectArray<btPersistentManifold*>& predictive, const WorldReader& reader) {

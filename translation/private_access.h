@@ -33,6 +33,9 @@ BTGPU_EXPOSE(AdditionalLinearThresholdSqr, btRigidBody, btScalar, m_additionalLi
 BTGPU_EXPOSE(AdditionalAngularThresholdSqr, btRigidBody, btScalar, m_additionalAngularDampingThresholdSqr)
 BTGPU_EXPOSE(ConstraintRefs, btRigidBody, btAlignedObjectArray<btTypedConstraint*>, m_constraintRefs)
 
+// To ask for it ahead.
+BTGPU_EXPOSE(ActivationState, btCollisionObject, int, m_activationState1)
+
 // The manifold of an algorithm, and whether the algorithm releases it.
 BTGPU_EXPOSE(BoxBoxManifold, btBoxBoxCollisionAlgorithm, btPersistentManifold*, m_manifoldPtr)
 BTGPU_EXPOSE(BoxBoxOwns, btBoxBoxCollisionAlgorithm, bool, m_ownManifold)

@@ -12,6 +12,7 @@
 
 #include "convert.h"
 #include "exact_type.h"
+#include "hash.h"
 #include "parallel.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -19,20 +20,15 @@ namespace {
 
 // Four chains side by side, so that memory is what it waits for.
 std::uint64_t hashOf(WatchedBytes bytes) {
-  constexpr std::uint64_t kPrime = 0x9e3779b97f4a7c15u;
   std::uint64_t chains[4] = {1, 2, 3, 4};
-  const auto mix = [](std::uint64_t& chain, std::uint64_t word) {
-    chain = (chain ^ word) * kPrime;
-    chain ^= chain >> 29;
-  };
   std::size_t at = 0;
   for (; at + sizeof chains <= bytes.count; at += sizeof chains) {
     std::uint64_t words[4];
     std::memcpy(words, bytes.first + at, sizeof words);
-    for (int k = 0; k < 4; ++k) mix(chains[k], words[k]);
+    for (int k = 0; k < 4; ++k) mixWord(chains[k], words[k]);
   }
-  for (; at < bytes.count; ++at) mix(chains[at % 4], bytes.first[at]);
-  for (int k = 1; k < 4; ++k) mix(chains[0], chains[k]);
+  for (; at < bytes.count; ++at) mixWord(chains[at % 4], bytes.first[at]);
+  for (int k = 1; k < 4; ++k) mixWord(chains[0], chains[k]);
   return chains[0];
 }
 

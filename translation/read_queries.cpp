@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "read_queries.h"
 
+#include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
@@ -65,10 +66,36 @@ bool replace(QueryItems& known, QueryItems& read) {
 
 }  // namespace
 
+// An axis sweep casts its rays through a tree of its own. Its proxies' AABBs are none until one is updated, which may
+// never happen (setForceUpdateAllAabbs).
+template <typename Index>
+struct AxisSweep : btAxisSweep3Internal<Index> {
+  static bool hasTree(const btBroadphaseInterface& broadphase) {
+    return static_cast<const btAxisSweep3Internal<Index>&>(broadphase).*&AxisSweep::m_raycastAccelerator != nullptr;
+  }
+  static const btDbvtProxy* leafOf(const btBroadphaseProxy& proxy) {
+    return static_cast<const btDbvtProxy*>(
+        static_cast<const typename btAxisSweep3Internal<Index>::Handle&>(proxy).m_dbvtProxy);
+  }
+};
+
+static const btDbvtProxy* (*leafFinderOf(const btBroadphaseInterface& broadphase))(const btBroadphaseProxy&) {
+  if (isExactly<btDbvtBroadphase>(broadphase)) {
+    return [](const btBroadphaseProxy& proxy) { return static_cast<const btDbvtProxy*>(&proxy); };
+  }
+  if (isExactly<btAxisSweep3>(broadphase) && AxisSweep<unsigned short>::hasTree(broadphase)) {
+    return AxisSweep<unsigned short>::leafOf;
+  }
+  if (isExactly<bt32BitAxisSweep3>(broadphase) && AxisSweep<unsigned>::hasTree(broadphase)) {
+    return AxisSweep<unsigned>::leafOf;
+  }
+  return nullptr;
+}
+
 void QueryReader::read(const btDiscreteDynamicsWorld& world, QueryBounds bounds, const double (&origin)[3],
                        const std::vector<const btConvexShape*>& moving) {
   m_bounds = bounds;
-  m_dbvt = isExactly<btDbvtBroadphase>(*world.getBroadphase());
+  m_leafOf = leafFinderOf(*world.getBroadphase());
   findItems(world.getCollisionObjectArray(), moving);
   bool changed = m_world.version == 0 || !m_world.shapes.shapes.changed.empty() || m_world.shapes.hulls.changed ||
                  m_world.shapes.meshes.changed;
@@ -270,8 +297,8 @@ Aabb QueryReader::boundsOf(const Found& found, const double (&origin)[3]) const 
     const btVector3 threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold);
     return toAabb(lower - threshold, upper + threshold, origin);
   }
-  if (!m_dbvt) return toAabb(proxy->m_aabbMin, proxy->m_aabbMax, origin);
-  const btDbvtVolume& volume = static_cast<const btDbvtProxy*>(proxy)->leaf->volume;
+  if (!m_leafOf) return toAabb(proxy->m_aabbMin, proxy->m_aabbMax, origin);
+  const btDbvtVolume& volume = m_leafOf(*proxy)->leaf->volume;
   return toAabb(volume.Mins(), volume.Maxs(), origin);
 }
 

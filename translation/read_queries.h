@@ -10,6 +10,8 @@
 
 class btMultiSphereShape;
 
+struct btDbvtProxy;
+
 BTGPU_TRANSLATION_BEGIN
 
 // Where the bounds of objects come from.
@@ -79,7 +81,9 @@ class QueryReader {
   const btCollisionShape* m_lastShape = nullptr;
   const Form* m_lastForm = nullptr;
   QueryBounds m_bounds = QueryBounds::Broadphase;
-  bool m_dbvt = false;  // the broadphase is Bullet's btDbvtBroadphase
+  // The leaf that the broadphase's rayTest looks at, of Bullet's own; else null: it goes by the proxy.
+  using LeafOf = const btDbvtProxy* (*)(const btBroadphaseProxy& proxy);
+  LeafOf m_leafOf = nullptr;
   QueryWorld m_world;
   FallbackList m_hostShares;
   std::vector<int> m_shapeOf;

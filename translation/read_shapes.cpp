@@ -6,6 +6,7 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -286,7 +287,7 @@ int ShapeReader::read(const btCollisionShape* shape, WorldInput& input, Fallback
   }
   if (entry.stamp != m_stamp) {
     entry.stamp = m_stamp;
-    m_used.push_back({shape, &entry, false});
+    m_used.push_back({shape, &entry, false, {}, {}});
     readEntry(shape, entry, input, missing, shares);
   }
   m_lastShape = shape;
@@ -354,6 +355,31 @@ bool ShapeReader::readKnown(WorldInput& input, FallbackList& missing, FallbackLi
     same = same && entry.supported == supported && input.shapes.values[entry.index].type == type;
   }
   return same;
+}
+
+void ShapeReader::remember(const WorldInput& input) {
+  for (Used& used : m_used) {
+    used.unchanged = isUnchanged(*used.shape, *used.entry, input);
+    if (!used.unchanged) used.shape->getAabb(btTransform::getIdentity(), used.lower, used.upper);
+  }
+}
+
+bool ShapeReader::hasChanged(const WorldInput& input) const {
+  constexpr std::size_t kGrain = 128;
+  std::atomic<bool> changed{false};
+  parallelFor(m_used.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Used& used = m_used[i];
+      if (used.unchanged && !isUnchanged(*used.shape, *used.entry, input)) changed.store(true);
+    }
+  });
+  // Among these are shapes of the application's own, for the caller's thread.
+  return changed || std::any_of(m_used.begin(), m_used.end(), [](const Used& used) {
+           if (used.unchanged) return false;
+           btVector3 lower, upper;
+           used.shape->getAabb(btTransform::getIdentity(), lower, upper);
+           return lower != used.lower || upper != used.upper;
+         });
 }
 
 void ShapeReader::end(WorldInput& input) {

@@ -40,6 +40,10 @@ class ShapeReader {
   // of them is of another type now, or can no longer be used, or can be used again; what is left to do then is a
   // begin().
   bool readKnown(WorldInput& input, FallbackList& missing, FallbackList& shares);
+  // For a world that sleeps: whether a shape in use is another one than when remember() was called, as far as stock's
+  // next step would show it. Of compounds, meshes and shapes of the host that is their AABB.
+  void remember(const WorldInput& input);
+  bool hasChanged(const WorldInput& input) const;
   // Ends a step: indices of shapes that went out of use are given to new ones, now and then, and so is the room of
   // hulls that went or changed.
   void end(WorldInput& input);
@@ -69,6 +73,7 @@ class ShapeReader {
     const btCollisionShape* shape;
     Entry* entry;
     bool unchanged;
+    btVector3 lower, upper;  // of remember(), where that is what is known
   };
 
   void readEntry(const btCollisionShape* shape, Entry& entry, WorldInput& input, FallbackList& missing,

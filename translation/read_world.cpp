@@ -68,7 +68,7 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   m_shapes.setOwnAlgorithms(typesWithOwnAlgorithms(*dispatcher));
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   const auto& bodies = world.getNonStaticRigidBodies();
-  const bool known = m_addedAgain.empty() && sameElements(objects, m_objects) && sameElements(bodies, m_bodies);
+  const bool known = isListed(objects, bodies);
   if (!known) {
     findObjects(objects);
     markIntegrated(bodies);
@@ -87,6 +87,11 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   readCompounds();
   m_shapes.end(m_input);
   sortChanges();
+}
+
+bool WorldReader::isListed(const btCollisionObjectArray& objects,
+                           const btAlignedObjectArray<btRigidBody*>& bodies) const {
+  return m_addedAgain.empty() && sameElements(objects, m_objects) && sameElements(bodies, m_bodies);
 }
 
 void WorldReader::markIntegrated(const btAlignedObjectArray<btRigidBody*>& bodies) {

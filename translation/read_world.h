@@ -68,6 +68,12 @@ class WorldReader {
     return m_order[position];
   }
 
+  // Whether the world's lists are those of the last read, and no object has left and come back since.
+  bool isListed(const btCollisionObjectArray& objects, const btAlignedObjectArray<btRigidBody*>& bodies) const;
+  // ShapeReader's of the same names.
+  void rememberShapes() { m_shapes.remember(m_input); }
+  bool hasChangedShapes() const { return m_shapes.hasChanged(m_input); }
+
   // What of the last read has to be collided on the host, by name; empty if the device can do everything.
   const FallbackList& hostShares() const { return m_hostShares; }
   // Slots of the bodies that Bullet would sweep in this step if they are fast (setCcdMotionThreshold), asleep or not,

@@ -3,6 +3,7 @@
 #include "write_back_bodies.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "../gpu_engine/zone.h"
 #include "convert.h"
@@ -101,7 +102,7 @@ bool beginWriteBack(WorldReader& reader, const StepResults& results, std::uint32
 }
 
 // Those that there is something to write to are asked for together, since they lie anywhere in memory.
-void writeBackBlock(WorldReader& reader, const StepResults& results, btScalar timeStep, std::size_t first,
+bool writeBackBlock(WorldReader& reader, const StepResults& results, btScalar timeStep, std::size_t first,
                     std::size_t last) {
   Change changes[kBlock];
   std::uint32_t found[kBlock];
@@ -112,17 +113,21 @@ void writeBackBlock(WorldReader& reader, const StepResults& results, btScalar ti
     found[count++] = i;
   }
   for (std::size_t k = 0; k < count; ++k) writeBack(reader, results, timeStep, found[k], changes[k]);
+  return count > 0;
 }
 
 }  // namespace
 
-void writeBackBodies(WorldReader& reader, const StepResults& results, btScalar timeStep) {
+bool writeBackBodies(WorldReader& reader, const StepResults& results, btScalar timeStep) {
   const Zone zone("writeBackBodies");
+  std::atomic<bool> wrote{false};
   parallelFor(reader.input().bodyCount, kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; i += kBlock) {
-      writeBackBlock(reader, results, timeStep, i, std::min(i + kBlock, last));
+      const bool any = writeBackBlock(reader, results, timeStep, i, std::min(i + kBlock, last));
+      if (any) wrote.store(true, std::memory_order_relaxed);
     }
   });
+  return wrote;
 }
 
 std::vector<std::uint32_t> fastBodies(const WorldReader& reader, const StepResults& results, btScalar timeStep) {

@@ -12,8 +12,9 @@ BTGPU_TRANSLATION_BEGIN
 
 // Writes a step's results into Bullet's objects, through the calls that stock makes: velocities, transforms with
 // interpolation state and world inertia, activation states and timers; and takes them over into the reader's mirror,
-// with which it compares. A body that rests and that nobody has touched is not touched. Runs no callback.
-void writeBackBodies(WorldReader& reader, const StepResults& results, btScalar timeStep);
+// with which it compares. A body that rests and that nobody has touched is not touched. Runs no callback. False if
+// there was nothing to write to any object: all of them rest.
+bool writeBackBodies(WorldReader& reader, const StepResults& results, btScalar timeStep);
 
 // Slots of the bodies that go farther in the step than their CCD motion threshold: stock sweeps them.
 std::vector<std::uint32_t> fastBodies(const WorldReader& reader, const StepResults& results, btScalar timeStep);

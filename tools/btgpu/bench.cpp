@@ -36,6 +36,7 @@ btGpuSettings gpuSettings(const BenchOptions& options, bool profile) {
   settings.m_solver = options.solver;
   settings.m_hostQueries = options.hostQueries;
   settings.m_contacts = options.contacts;
+  settings.m_watchSleepers = options.watchSleepers;
   settings.m_profile = profile;
   return settings;
 }

@@ -18,6 +18,7 @@ struct BenchOptions {
   std::string device;
   btGpuSolver solver = btGpuSolver::Parity;
   bool contacts = true, hostQueries = true, sleeping = false, motionStates = false;
+  bool watchSleepers = true;
   bool stages = true;                 // times the device's stages, in a run of their own
   bool leaveOut = false;              // a world that can't hold the scene is left out
   std::function<void(int)> progress;  // called with the number of steps done, of benchSteps()

@@ -181,7 +181,8 @@ int runBenchCommand(const BenchArguments& arguments) {
   BenchOptions options = arguments.options;
   options.contacts = arguments.contacts == "on";
   options.hostQueries = arguments.hostQueries == "on";
-  options.sleeping = arguments.sleeping == "on";
+  options.sleeping = arguments.sleeping != "off";
+  options.watchSleepers = arguments.sleeping != "unwatched";
   options.motionStates = arguments.motionStates == "on";
   options.stages = arguments.stages == "on";
   const std::vector<WorldWish> wishes = parseWorlds(arguments.worlds);
@@ -235,7 +236,11 @@ Command addBenchCommand(CLI::App& tool) {
   bench->add_option("--host-queries", a->hostQueries, "keep the host's broadphase current")
       ->check(onOff)
       ->capture_default_str();
-  bench->add_option("--sleeping", a->sleeping, "let bodies sleep")->check(onOff)->capture_default_str();
+  bench
+      ->add_option("--sleeping", a->sleeping,
+                   "let bodies sleep; unwatched: and while all do, notice only which are activated")
+      ->check(CLI::IsMember({"on", "off", "unwatched"}))
+      ->capture_default_str();
   bench->add_option("--motion-states", a->motionStates, "give each body a btDefaultMotionState")
       ->check(onOff)
       ->capture_default_str();

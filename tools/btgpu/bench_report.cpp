@@ -143,6 +143,7 @@ nlohmann::json runJson(const BenchResult& result) {
           {"timeStep", o.timeStep},
           {"solver", nameOf(o.solver)},
           {"sleeping", o.sleeping},
+          {"watchSleepers", o.watchSleepers},
           {"contacts", o.contacts},
           {"hostQueries", o.hostQueries},
           {"motionStates", o.motionStates},
@@ -159,8 +160,9 @@ std::string toText(const BenchResult& result) {
   std::string text = fmt::format(
       "{}: {} bodies, {} steps, figures of the last {}; solver {}, sleeping {}, contacts {}, host queries {}, motion "
       "states {}\n",
-      result.scene, result.rows.front().bodies, o.steps, o.steps - o.steps / 2, nameOf(o.solver), onOff(o.sleeping),
-      onOff(o.contacts), onOff(o.hostQueries), onOff(o.motionStates));
+      result.scene, result.rows.front().bodies, o.steps, o.steps - o.steps / 2, nameOf(o.solver),
+      o.watchSleepers ? onOff(o.sleeping) : "unwatched", onOff(o.contacts), onOff(o.hostQueries),
+      onOff(o.motionStates));
   text += fmt::format("  {:<8} {:>8} {:>12} {:>12} {:>10} {:>10} {:>10}  {}\n", "world", "bodies", "ms median",
                       "ms p95", "x cpu", "manifolds", "contacts", "device");
   const auto count = [](const std::optional<long>& v) { return v ? std::to_string(*v) : std::string("-"); };

@@ -246,9 +246,12 @@ void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t 
   }
   for (size_t i = 0; i < contacts.size(); ++i) {
     const Manifold& m = contacts[i];
-    if (m.pointCount == 0 || !m_objects[m.bodyA] || !m_objects[m.bodyB]) continue;
+    // Pairs that the host collides have a manifold whether they touch or not, by which kinematic bodies wake others;
+    // the shadow leaves them out of its narrowphase.
+    const bool isHosts = m.bucket == BUCKET_HOST;
+    if ((m.pointCount == 0 && !isHosts) || !m_objects[m.bodyA] || !m_objects[m.bodyB]) continue;
     btPersistentManifold* manifold;
-    if (i < ofPairs && !hasCompound(m)) {
+    if (i < ofPairs && !isHosts && !hasCompound(m)) {
       manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
     } else {
       manifold = getDispatcher()->getNewManifold(object(m.bodyA), object(m.bodyB));
