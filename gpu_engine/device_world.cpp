@@ -141,10 +141,30 @@ void DeviceWorld::uploadJoints(Queue& queue, const WorldInput& input) {
   m_lastJointImpulses.resize(input.jointRows.size(), 0.0f);
   if (!m_lastJointImpulses.empty()) lastJointImpulses.copyFromHost(queue, m_lastJointImpulses, false);
   softJointRows.resize(queue, input.jointRows.size());
-  if (sameBodies(input.joints, m_colouredJoints)) return;
+  if (!sameBodies(input.joints, m_colouredJoints)) colourJoints(queue, input);
+  if (queue.device().shape() == KernelShape::Cpu) layJoints(queue, input.joints);
+}
+
+void DeviceWorld::colourJoints(Queue& queue, const WorldInput& input) {
   m_colouredJoints = input.joints;
-  jointColours = colourJoints(input.joints, input.bodyCount);
+  m_laidRowCounts.clear();
+  jointColours = btgpu::colourJoints(input.joints, input.bodyCount);
   if (!jointColours.order.empty()) jointOrder.copyFromHost(queue, jointColours.order, false);
+}
+
+// How many rows a joint has may change from step to step, but mostly does not.
+void DeviceWorld::layJoints(Queue& queue, const std::vector<Joint>& input) {
+  std::vector<uint> counts;
+  counts.reserve(input.size());
+  for (const Joint& j : input) counts.push_back(j.rowCount);
+  if (counts == m_laidRowCounts) return;
+  m_laidRowCounts = std::move(counts);
+  m_jointBlocks = blocksOf(jointColours, input);
+  jointBlockColours.copyFromHost(queue, m_jointBlocks.colours, false);
+  jointBlockRows.copyFromHost(queue, m_jointBlocks.rows, false);
+  if (!m_jointBlocks.lanes.empty()) jointLanes.copyFromHost(queue, m_jointBlocks.lanes, false);
+  jointHeads.resize(queue, m_jointBlocks.lanes.size() * JOINT_HEAD_FIELDS);
+  jointLaneRows.resize(queue, size_t{m_jointBlocks.rows.back()} * JOINT_ROW_FIELDS * JOINT_LANES);
 }
 
 void DeviceWorld::uploadHulls(Queue& queue, const HullArrays& hulls) {
@@ -248,6 +268,7 @@ void DeviceWorld::spoilStepArrays(Queue& queue) {
   spoilAll(keys, pairs, items, bucketFirst, contacts, axes, closest, nearPairs, manifolds, constraints);
   spoilAll(triangleFound, triangleFirst, triangleHits, triangleTouches);
   spoilAll(nearCount, manifoldCount, constraintCount, jointEffects, jointImpulses, jointSolved);
+  spoilAll(jointHeads, jointLaneRows);
   spoilAll(slotFirst, slots, rows, tangent2, torsion);
   spoilAll(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
   spoilAll(batches.groupBatches, batches.batchFirst);
@@ -315,6 +336,7 @@ void DeviceWorld::forgetUploads(Queue& queue) {
   meshes.resize(queue, 0);
   m_anyBorn = true;
   m_colouredJoints.clear();
+  m_laidRowCounts.clear();
   m_listedPairs.clear();
 }
 
