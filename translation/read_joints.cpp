@@ -90,6 +90,15 @@ bool isDamped(const WorldInput& input, std::uint32_t slot) {
   return d.linear != 0.0f || d.angular != 0.0f || (input.infos.values[slot].flags & BODY_ADDITIONAL_DAMPING);
 }
 
+// Some joints forget their impulse here; whether stock would have come here at all, the device knows after the step.
+// With point to point joints that would be all: what else they write nobody reads.
+void buildJacobian(btTypedConstraint& constraint) {
+  if (isExactly<btPoint2PointConstraint>(constraint)) return;
+  const btScalar impulse = constraint.internalGetAppliedImpulse();
+  constraint.buildJacobian();
+  constraint.internalSetAppliedImpulse(impulse);
+}
+
 bool areDifferent(std::vector<btTypedConstraint*> constraints) {
   std::sort(constraints.begin(), constraints.end());
   return std::adjacent_find(constraints.begin(), constraints.end()) == constraints.end();
@@ -138,11 +147,7 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   forEachJoint([&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       if (!m_evaluated[i]) continue;
-      // Some joints forget their impulse here; whether stock would have come here at all, the device knows after the
-      // step.
-      const btScalar impulse = m_constraints[i]->internalGetAppliedImpulse();
-      m_constraints[i]->buildJacobian();
-      m_constraints[i]->internalSetAppliedImpulse(impulse);
+      buildJacobian(*m_constraints[i]);
       if (m_atOnce) countRows(i, input.joints[i]);
     }
   });

@@ -12,14 +12,14 @@
 static int solveColour(CHECKS Member* m, uint first, uint end, uint passes, uint flags,
                        __global const SlotHeader* slots, __global const SolverMass* masses, __global SolverBody* bodies,
                        __global float* rows, __global float* tangent2, __global float* torsion) {
-  const uint blocks = (end - first) / BTGPU_WIDE, step = slotsAtOnce(passes);
+  const uint blocks = (end - first) / BTGPU_WIDE;
   if (blocks == 0) return 1;
   const uint parts = clamp(blocks / PART_BLOCKS, 1u, (uint)TEAM_PARTS);
   uint mine = 0;
   beginRound(m, parts);
   for (uint part = takePart(m, parts); part != NO_INDEX; part = takePart(m, parts)) {
     const uint partEnd = first + CHUNK_BEGIN(blocks, part + 1, parts) * BTGPU_WIDE;
-    for (uint slot = first + CHUNK_BEGIN(blocks, part, parts) * BTGPU_WIDE; slot < partEnd; slot += step) {
+    for (uint slot = first + CHUNK_BEGIN(blocks, part, parts) * BTGPU_WIDE; slot < partEnd; slot += BTGPU_WIDE) {
       solveSlots(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
     }
     ++mine;
