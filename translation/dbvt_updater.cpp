@@ -54,6 +54,13 @@ btDbvtAabbMm withMargin(const btDbvtBroadphase& broadphase, const btDbvtProxy& p
   return volume;
 }
 
+// btDbvtAabbMm's Intersect without branches.
+bool overlap(const btDbvtAabbMm& a, const btDbvtAabbMm& b) {
+  const btVector3 &lowerA = a.Mins(), &upperA = a.Maxs(), &lowerB = b.Mins(), &upperB = b.Maxs();
+  return (lowerA.x() <= upperB.x()) & (upperA.x() >= lowerB.x()) & (lowerA.y() <= upperB.y()) &
+         (upperA.y() >= lowerB.y()) & (lowerA.z() <= upperB.z()) & (upperA.z() >= lowerB.z());
+}
+
 void fit(btDbvtNode& node) { Merge(node.childs[0]->volume, node.childs[1]->volume, node.volume); }
 
 // All inner nodes below and including `root`, children first. Without a stack: a tree may be as deep as it has leaves.
@@ -325,29 +332,32 @@ void DbvtUpdater::cutTree(const btDbvtNode* root) {
 // All pairs of a leaf below (or at) `a` and one below `b`, two nodes that overlap; if they are the same, each pair
 // once.
 void DbvtUpdater::meet(const btDbvtNode* a, const btDbvtNode* b, NodePairs& stack, Found& found) const {
-  const auto push = [&stack](const btDbvtNode* x, const btDbvtNode* y) {
-    if (Intersect(x->volume, y->volume)) stack.emplace_back(x, y);
+  std::size_t depth = 0;
+  // Whether two boxes overlap is as good as chance, so it must not be a branch.
+  const auto push = [&](const btDbvtNode* x, const btDbvtNode* y, bool wanted) {
+    stack[depth] = {x, y};
+    depth += wanted;
   };
-  stack.emplace_back(a, b);
-  while (!stack.empty()) {
-    std::tie(a, b) = stack.back();
-    stack.pop_back();
+  constexpr std::size_t kMostPushed = 4;
+  if (stack.size() < kMostPushed) stack.resize(kMostPushed);
+  push(a, b, true);
+  while (depth > 0) {
+    std::tie(a, b) = stack[--depth];
+    if (stack.size() < depth + kMostPushed) stack.resize(2 * (depth + kMostPushed));
     if (a == b) {
       if (a->isleaf()) continue;
-      push(a->childs[0], a->childs[1]);
-      for (const btDbvtNode* child : a->childs) {
-        if (child->isinternal()) stack.emplace_back(child, child);
-      }
-    } else if (a->isinternal() && b->isinternal()) {
-      for (const btDbvtNode* x : a->childs) {
-        for (const btDbvtNode* y : b->childs) push(x, y);
-      }
-    } else if (a->isinternal()) {
-      for (const btDbvtNode* x : a->childs) push(x, b);
-    } else if (b->isinternal()) {
-      for (const btDbvtNode* y : b->childs) push(a, y);
-    } else {
+      const btDbvtNode *x = a->childs[0], *y = a->childs[1];
+      push(x, y, overlap(x->volume, y->volume));
+      push(x, x, x->isinternal());
+      push(y, y, y->isinternal());
+    } else if (a->isleaf() && b->isleaf()) {
       found.add(static_cast<btDbvtProxy*>(a->data), static_cast<btDbvtProxy*>(b->data), m_isMoved);
+    } else {
+      const btDbvtNode* const ofA[] = {a->isleaf() ? a : a->childs[0], a->childs[1]};
+      const btDbvtNode* const ofB[] = {b->isleaf() ? b : b->childs[0], b->childs[1]};
+      for (int i = 0; i < (a->isleaf() ? 1 : 2); ++i) {
+        for (int k = 0; k < (b->isleaf() ? 1 : 2); ++k) push(ofA[i], ofB[k], overlap(ofA[i]->volume, ofB[k]->volume));
+      }
     }
   }
 }
