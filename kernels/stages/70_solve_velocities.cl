@@ -5,6 +5,7 @@
 // the normal ones go first (docs/decisions/0014-friction-after-each-manifold.md).
 #include "../lib/solve_joint.h"
 #include "../lib/solve_slot.h"
+#include "../shared/team.h"
 #ifdef BTGPU_SHAPE_CPU
 #include "../lib/solve_team.h"
 #else
