@@ -61,6 +61,11 @@ bool overlap(const btDbvtAabbMm& a, const btDbvtAabbMm& b) {
          (upperA.y() >= lowerB.y()) & (lowerA.z() <= upperB.z()) & (upperA.z() >= lowerB.z());
 }
 
+btScalar extent(const btDbvtAabbMm& box) {
+  const btVector3 edges = box.Maxs() - box.Mins();
+  return edges.x() + edges.y() + edges.z();
+}
+
 void fit(btDbvtNode& node) { Merge(node.childs[0]->volume, node.childs[1]->volume, node.volume); }
 
 // All inner nodes below and including `root`, children first. Without a stack: a tree may be as deep as it has leaves.
@@ -338,7 +343,7 @@ void DbvtUpdater::meet(const btDbvtNode* a, const btDbvtNode* b, NodePairs& stac
     stack[depth] = {x, y};
     depth += wanted;
   };
-  constexpr std::size_t kMostPushed = 4;
+  constexpr std::size_t kMostPushed = 3;
   if (stack.size() < kMostPushed) stack.resize(kMostPushed);
   push(a, b, true);
   while (depth > 0) {
@@ -353,11 +358,10 @@ void DbvtUpdater::meet(const btDbvtNode* a, const btDbvtNode* b, NodePairs& stac
     } else if (a->isleaf() && b->isleaf()) {
       found.add(static_cast<btDbvtProxy*>(a->data), static_cast<btDbvtProxy*>(b->data), m_isMoved);
     } else {
-      const btDbvtNode* const ofA[] = {a->isleaf() ? a : a->childs[0], a->childs[1]};
-      const btDbvtNode* const ofB[] = {b->isleaf() ? b : b->childs[0], b->childs[1]};
-      for (int i = 0; i < (a->isleaf() ? 1 : 2); ++i) {
-        for (int k = 0; k < (b->isleaf() ? 1 : 2); ++k) push(ofA[i], ofB[k], overlap(ofA[i]->volume, ofB[k]->volume));
-      }
+      // The larger one, which the other may miss with one of its children.
+      const bool cutA = b->isleaf() || (a->isinternal() && extent(a->volume) > extent(b->volume));
+      const btDbvtNode *whole = cutA ? b : a, *cut = cutA ? a : b;
+      for (const btDbvtNode* child : cut->childs) push(child, whole, overlap(child->volume, whole->volume));
     }
   }
 }
