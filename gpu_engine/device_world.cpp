@@ -137,12 +137,21 @@ void DeviceWorld::uploadJoints(Queue& queue, const WorldInput& input) {
   jointEffects.resize(queue, input.jointRows.size());
   jointImpulses.resize(queue, input.jointRows.size());
   jointSolved.resize(queue, jointCount);
-  m_lastJointImpulses = input.jointImpulses;
-  m_lastJointImpulses.resize(input.jointRows.size(), 0.0f);
-  if (!m_lastJointImpulses.empty()) lastJointImpulses.copyFromHost(queue, m_lastJointImpulses, false);
+  uploadLastImpulses(queue, input);
   softJointRows.resize(queue, input.jointRows.size());
   if (!sameBodies(input.joints, m_colouredJoints)) colourJoints(queue, input);
   if (queue.device().shape() == KernelShape::Cpu) layJoints(queue, input.joints);
+}
+
+// Zeros where none are known: those are there once for all.
+void DeviceWorld::uploadLastImpulses(Queue& queue, const WorldInput& input) {
+  const size_t count = input.jointRows.size();
+  const bool zeros = input.jointImpulses.empty();
+  if (count == 0 || (zeros && m_noLastImpulses && count <= m_lastJointImpulses.size())) return;
+  m_noLastImpulses = zeros;
+  m_lastJointImpulses = input.jointImpulses;
+  m_lastJointImpulses.resize(count, 0.0f);
+  lastJointImpulses.copyFromHost(queue, m_lastJointImpulses, false);
 }
 
 void DeviceWorld::colourJoints(Queue& queue, const WorldInput& input) {
@@ -337,6 +346,7 @@ void DeviceWorld::forgetUploads(Queue& queue) {
   m_anyBorn = true;
   m_colouredJoints.clear();
   m_laidRowCounts.clear();
+  m_noLastImpulses = false;
   m_listedPairs.clear();
 }
 

@@ -212,6 +212,7 @@ struct DeviceWorld {
   void uploadManifolds(Queue& queue, const WorldInput& input);
   void uploadMeshes(Queue& queue, const MeshArrays& arrays);
   void uploadJoints(Queue& queue, const WorldInput& input);
+  void uploadLastImpulses(Queue& queue, const WorldInput& input);
   void colourJoints(Queue& queue, const WorldInput& input);
   void layJoints(Queue& queue, const std::vector<Joint>& joints);
   void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem);
@@ -221,6 +222,7 @@ struct DeviceWorld {
   std::vector<ulong> m_keys;
   std::vector<Manifold> m_manifolds;
   std::vector<float> m_lastJointImpulses;
+  bool m_noLastImpulses = false;  // they are zeros
   std::vector<Aabb> m_noAabbs;
   bool m_begun = false;  // what has to be there before the first step is
   bool m_anyBorn = false;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "../gpu_engine/zone.h"
 #include "convert.h"
@@ -68,8 +69,8 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   m_shapes.setOwnAlgorithms(typesWithOwnAlgorithms(*dispatcher));
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   const auto& bodies = world.getNonStaticRigidBodies();
-  const bool known = m_addedAgain.empty() && sameElements(objects, m_objects) && sameElements(bodies, m_bodies);
-  if (!known) {
+  m_objectsKnown = m_addedAgain.empty() && sameElements(objects, m_objects) && sameElements(bodies, m_bodies);
+  if (!m_objectsKnown) {
     findObjects(objects);
     markIntegrated(bodies);
     m_shapesKnown = false;
@@ -81,7 +82,7 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
     readObjects();
     m_shapesKnown = true;
   }
-  findIgnored(known);
+  mergeIgnored();
   m_sweptBodies.clear();
   for (Changes& changes : m_changes) take(changes, missing, notes);
   readCompounds();
@@ -118,6 +119,9 @@ void WorldReader::forEachObject(const Work& work) {
       if (k + kAhead < last) prefetch(m_objects[k + kAhead]->getBroadphaseHandle(), sizeof(btBroadphaseProxy));
       work(k, *m_objects[k], changes);
     }
+    if (m_objectsKnown && ignoredAsBefore(changes, first, last)) return;
+    changes.ignoredChanged = true;
+    findIgnored(changes, first, last);
   });
 }
 
@@ -454,16 +458,11 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
   }
 }
 
-// Pairs of objects that ignore each other. The lists of objects are compared with those of the last read, which they
-// mostly are; `known`: so are the objects of the world.
-void WorldReader::findIgnored(bool known) {
-  const Zone zone("findIgnored");
-  parallelChunks(m_order.size(), kChunk, [&](std::size_t c, std::size_t first, std::size_t last) {
-    Changes& changes = m_changes[c];
-    changes.ignoredChanged = !known || !ignoredAsBefore(changes, first, last);
-    if (changes.ignoredChanged) findIgnored(changes, first, last);
-  });
-  if (std::any_of(m_changes.begin(), m_changes.end(), [](const Changes& c) { return c.ignoredChanged; })) {
+// Of all chunks, if one of them has found other ignored pairs than before.
+void WorldReader::mergeIgnored() {
+  bool changed = !m_objectsKnown;
+  for (Changes& changes : m_changes) changed |= std::exchange(changes.ignoredChanged, false);
+  if (changed) {
     m_ignoredPairs.clear();
     for (const Changes& c : m_changes) {
       m_ignoredPairs.insert(m_ignoredPairs.end(), c.ignoredPairs.begin(), c.ignoredPairs.end());
@@ -474,6 +473,7 @@ void WorldReader::findIgnored(bool known) {
   m_input.listedPairs = m_ignoredPairs;
 }
 
+// Whether the chunk's objects list the same objects to be ignored as in the last read.
 bool WorldReader::ignoredAsBefore(const Changes& changes, std::size_t first, std::size_t last) const {
   auto next = changes.ignoredObjects.begin();
   const auto end = changes.ignoredObjects.end();

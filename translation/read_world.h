@@ -124,7 +124,7 @@ class WorldReader {
   void releaseChild(std::uint32_t slot);
   void take(Changes& changes, FallbackList& missing, FallbackList& notes);
   void sortChanges();
-  void findIgnored(bool known);
+  void mergeIgnored();
   void findIgnored(Changes& changes, std::size_t first, std::size_t last) const;
   bool ignoredAsBefore(const Changes& changes, std::size_t first, std::size_t last) const;
 
@@ -150,6 +150,7 @@ class WorldReader {
   bool m_regionChosen = false;
   FallbackList m_hostShares;
   std::vector<std::uint32_t> m_sweptBodies;
+  bool m_objectsKnown = false;   // of the read: the world's objects are those of the last one
   bool m_useContinuous = false;  // of the read: btDispatcherInfo's
   bool m_ownFilter = false;      // likewise: the application filters pairs itself
   const char* m_globalCallback = nullptr;
