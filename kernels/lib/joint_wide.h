@@ -11,7 +11,9 @@
 #error a block of joints is as wide as the vectors
 #endif
 
-WIDE Lanes loadJoint(__global const float* row, int field) { return *(__global const Lanes*)(row + field * JOINT_LANES); }
+WIDE Lanes loadJoint(__global const float* row, int field) {
+  return *(__global const Lanes*)(row + field * JOINT_LANES);
+}
 WIDE Lanes3 loadJoint3(__global const float* row, int field) {
   Lanes3 v;
   v.x = loadJoint(row, field);

@@ -40,8 +40,8 @@ static int solveSerial(CHECKS Member* m, uint first, uint end, uint passes, uint
   return endRound(m, mine);
 }
 
-// The passes of `sequence`, the first one in its lowest PASS_BITS, each over all colours one after the other and then the
-// serial batch. False if this member has to leave the team.
+// The passes of `sequence`, the first one in its lowest PASS_BITS, each over all colours one after the other and then
+// the serial batch. False if this member has to leave the team.
 static int solveSequence(CHECKS Member* m, uint sequence, uint colours, uint flags, __global const uint* slotFirst,
                          __global const SlotHeader* slots, __global const SolverMass* masses,
                          __global SolverBody* bodies, __global float* rows, __global float* tangent2,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
-// Stage 70 of a world with joints, on the CPU shape: joints and contacts by one team in one launch, JOINT_LANES joints at
-// once (docs/decisions/0029-joints-in-the-team.md).
+// Stage 70 of a world with joints, on the CPU shape: joints and contacts by one team in one launch, JOINT_LANES joints
+// at once (docs/decisions/0029-joints-in-the-team.md).
 #include "../lib/kernel.h"
 #ifdef BTGPU_SHAPE_CPU
 #include "../lib/joint_wide.h"
