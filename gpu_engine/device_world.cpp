@@ -137,14 +137,43 @@ void DeviceWorld::uploadJoints(Queue& queue, const WorldInput& input) {
   jointEffects.resize(queue, input.jointRows.size());
   jointImpulses.resize(queue, input.jointRows.size());
   jointSolved.resize(queue, jointCount);
-  m_lastJointImpulses = input.jointImpulses;
-  m_lastJointImpulses.resize(input.jointRows.size(), 0.0f);
-  if (!m_lastJointImpulses.empty()) lastJointImpulses.copyFromHost(queue, m_lastJointImpulses, false);
+  uploadLastImpulses(queue, input);
   softJointRows.resize(queue, input.jointRows.size());
-  if (sameBodies(input.joints, m_colouredJoints)) return;
+  if (!sameBodies(input.joints, m_colouredJoints)) colourJoints(queue, input);
+  if (queue.device().shape() == KernelShape::Cpu) layJoints(queue, input.joints);
+}
+
+// Zeros where none are known: those are there once for all.
+void DeviceWorld::uploadLastImpulses(Queue& queue, const WorldInput& input) {
+  const size_t count = input.jointRows.size();
+  const bool zeros = input.jointImpulses.empty();
+  if (count == 0 || (zeros && m_noLastImpulses && count <= m_lastJointImpulses.size())) return;
+  m_noLastImpulses = zeros;
+  m_lastJointImpulses = input.jointImpulses;
+  m_lastJointImpulses.resize(count, 0.0f);
+  lastJointImpulses.copyFromHost(queue, m_lastJointImpulses, false);
+}
+
+void DeviceWorld::colourJoints(Queue& queue, const WorldInput& input) {
   m_colouredJoints = input.joints;
-  jointColours = colourJoints(input.joints, input.bodyCount);
+  m_laidRowCounts.clear();
+  jointColours = btgpu::colourJoints(input.joints, input.bodyCount);
   if (!jointColours.order.empty()) jointOrder.copyFromHost(queue, jointColours.order, false);
+}
+
+// How many rows a joint has may change from step to step, but mostly does not.
+void DeviceWorld::layJoints(Queue& queue, const std::vector<Joint>& input) {
+  std::vector<uint> counts;
+  counts.reserve(input.size());
+  for (const Joint& j : input) counts.push_back(j.rowCount);
+  if (counts == m_laidRowCounts) return;
+  m_laidRowCounts = std::move(counts);
+  m_jointBlocks = blocksOf(jointColours, input);
+  jointBlockColours.copyFromHost(queue, m_jointBlocks.colours, false);
+  jointBlockRows.copyFromHost(queue, m_jointBlocks.rows, false);
+  if (!m_jointBlocks.lanes.empty()) jointLanes.copyFromHost(queue, m_jointBlocks.lanes, false);
+  jointHeads.resize(queue, m_jointBlocks.lanes.size() * JOINT_HEAD_FIELDS);
+  jointLaneRows.resize(queue, size_t{m_jointBlocks.rows.back()} * JOINT_ROW_FIELDS * JOINT_LANES);
 }
 
 void DeviceWorld::uploadHulls(Queue& queue, const HullArrays& hulls) {
@@ -248,6 +277,7 @@ void DeviceWorld::spoilStepArrays(Queue& queue) {
   spoilAll(keys, pairs, items, bucketFirst, contacts, axes, closest, nearPairs, manifolds, constraints);
   spoilAll(triangleFound, triangleFirst, triangleHits, triangleTouches);
   spoilAll(nearCount, manifoldCount, constraintCount, jointEffects, jointImpulses, jointSolved);
+  spoilAll(jointHeads, jointLaneRows);
   spoilAll(slotFirst, slots, rows, tangent2, torsion);
   spoilAll(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
   spoilAll(batches.groupBatches, batches.batchFirst);
@@ -315,6 +345,8 @@ void DeviceWorld::forgetUploads(Queue& queue) {
   meshes.resize(queue, 0);
   m_anyBorn = true;
   m_colouredJoints.clear();
+  m_laidRowCounts.clear();
+  m_noLastImpulses = false;
   m_listedPairs.clear();
 }
 

@@ -116,6 +116,12 @@ struct DeviceWorld {
   DeviceArray<JointEffect> jointEffects{"joint effects"};  // stage 52, by row
   DeviceArray<float> jointImpulses{"joint impulses"};      // stages 52 and 70, by row
   DeviceArray<uint> jointSolved{"joints solved"};          // stage 55: 1 where the joint's island is awake
+  // CPU shape: joints side by side in blocks (kernels/shared/joint.h).
+  DeviceArray<uint> jointBlockColours{"joint block colours"};  // host: JointBlocks
+  DeviceArray<uint> jointLanes{"joint lanes"};                 // likewise
+  DeviceArray<uint> jointBlockRows{"joint block rows"};        // likewise
+  DeviceArray<uint> jointHeads{"joint heads"};                 // stage 70; JOINT_HEAD_FIELDS a lane
+  DeviceArray<float> jointLaneRows{"joint lane rows"};         // stage 70; JOINT_ROW_FIELDS a row and lane
   // Fast mode, by row: impulses of the last step, and the rows of the substeps.
   DeviceArray<float> lastJointImpulses{"last joint impulses"};    // host
   DeviceArray<SoftJointRow> softJointRows{"joint substep rows"};  // stage 70
@@ -160,6 +166,7 @@ struct DeviceWorld {
     all(closest, nearPairs, nearCount, manifolds, hostManifolds, manifoldCount, matchedManifolds);
     all(constraints, constraintCount, touching, fresh, listedPairs);
     all(joints, jointRows, jointOrder, jointEffects, jointImpulses, jointSolved, lastJointImpulses, softJointRows);
+    all(jointBlockColours, jointLanes, jointBlockRows, jointHeads, jointLaneRows);
     all(slotFirst, slots, rows, tangent2, torsion, solverTeam, softRows, rolls, substepStarts, params, counters);
     all(split.copyFirst, split.joints, split.copies, split.copyMasses, split.jointRows);
     all(batches.split, batches.groupBatches, batches.batchFirst);
@@ -205,6 +212,9 @@ struct DeviceWorld {
   void uploadManifolds(Queue& queue, const WorldInput& input);
   void uploadMeshes(Queue& queue, const MeshArrays& arrays);
   void uploadJoints(Queue& queue, const WorldInput& input);
+  void uploadLastImpulses(Queue& queue, const WorldInput& input);
+  void colourJoints(Queue& queue, const WorldInput& input);
+  void layJoints(Queue& queue, const std::vector<Joint>& joints);
   void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem);
 
   // Host copies of uploads that may still be pending.
@@ -212,11 +222,14 @@ struct DeviceWorld {
   std::vector<ulong> m_keys;
   std::vector<Manifold> m_manifolds;
   std::vector<float> m_lastJointImpulses;
+  bool m_noLastImpulses = false;  // they are zeros
   std::vector<Aabb> m_noAabbs;
   bool m_begun = false;  // what has to be there before the first step is
   bool m_anyBorn = false;
   size_t m_knownAabbs = 0;  // of oldAabbs, those that were written
   std::vector<Joint> m_colouredJoints;
+  JointBlocks m_jointBlocks;
+  std::vector<uint> m_laidRowCounts;     // by joint, of m_jointBlocks; empty: none
   std::vector<float4> m_paddedVertices;  // of all hulls, with HULL_PADDING; the queue reads them later
   std::vector<ulong> m_listedPairs;
 };

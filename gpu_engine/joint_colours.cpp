@@ -115,4 +115,25 @@ JointColours colourJoints(const std::vector<Joint>& joints, uint bodyCount) {
   return out;
 }
 
+JointBlocks blocksOf(const JointColours& colours, const std::vector<Joint>& joints) {
+  JointBlocks out;
+  out.colours = {colours.colourCount(), 0};
+  out.rows = {0};
+  std::vector<uint> batch;
+  for (uint c = 0; c < colours.colourCount(); ++c) {
+    batch.clear();
+    for (uint i = colours.first[c]; i < colours.first[c + 1]; ++i) {
+      if (joints[colours.order[i]].rowCount > 0) batch.push_back(colours.order[i]);
+    }
+    std::stable_sort(batch.begin(), batch.end(),
+                     [&](uint a, uint b) { return joints[a].rowCount > joints[b].rowCount; });
+    for (size_t first = 0; first < batch.size(); first += JOINT_LANES) {
+      for (size_t i = first; i < first + JOINT_LANES; ++i) out.lanes.push_back(i < batch.size() ? batch[i] : NO_INDEX);
+      out.rows.push_back(out.rows.back() + joints[batch[first]].rowCount);
+    }
+    out.colours.push_back(static_cast<uint>(out.rows.size() - 1));
+  }
+  return out;
+}
+
 }  // namespace btgpu

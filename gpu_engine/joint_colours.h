@@ -26,4 +26,13 @@ struct JointColours {
 // Joints that move no body are left out.
 JointColours colourJoints(const std::vector<Joint>& joints, uint bodyCount);
 
+// The joints of each colour in blocks of JOINT_LANES, those with more rows first, so that few lanes of a block are
+// idle. Joints without rows are left out, and so is the serial batch.
+struct JointBlocks {
+  std::vector<uint> colours;  // how many there are, the first block of each, and the end
+  std::vector<uint> lanes;    // JOINT_LANES a block: indices of joints, then NO_INDEX
+  std::vector<uint> rows;     // where the rows of each block begin, in rows of JOINT_LANES; then the end
+};
+JointBlocks blocksOf(const JointColours& colours, const std::vector<Joint>& joints);
+
 }  // namespace btgpu

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bullet.h"
+#include "parallel.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -15,10 +16,12 @@ class DampedBodies {
  public:
   explicit DampedBodies(btScalar timeStep) : m_timeStep(timeStep) {}
   ~DampedBodies() {
-    for (const Saved& s : m_saved) {
-      s.body->setLinearVelocity(s.linear);
-      s.body->setAngularVelocity(s.angular);
-    }
+    parallelFor(m_saved.size(), kGrain, [this](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        m_saved[i].body->setLinearVelocity(m_saved[i].linear);
+        m_saved[i].body->setAngularVelocity(m_saved[i].angular);
+      }
+    });
   }
   DampedBodies(const DampedBodies&) = delete;
   DampedBodies& operator=(const DampedBodies&) = delete;
@@ -27,8 +30,14 @@ class DampedBodies {
   void damp(btRigidBody& body, std::uint32_t slot) {
     if (m_done[slot]) return;
     m_done[slot] = true;
-    m_saved.push_back({&body, body.getLinearVelocity(), body.getAngularVelocity()});
-    body.applyDamping(m_timeStep);
+    m_saved.push_back(damped(body));
+  }
+  // All of these, none of which has been damped and none of which is in the list twice.
+  void damp(const std::vector<btRigidBody*>& bodies) {
+    m_saved.resize(bodies.size());
+    parallelFor(bodies.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) m_saved[i] = damped(*bodies[i]);
+    });
   }
 
  private:
@@ -36,6 +45,13 @@ class DampedBodies {
     btRigidBody* body;
     btVector3 linear, angular;
   };
+  Saved damped(btRigidBody& body) const {
+    const Saved saved{&body, body.getLinearVelocity(), body.getAngularVelocity()};
+    body.applyDamping(m_timeStep);
+    return saved;
+  }
+
+  static constexpr std::size_t kGrain = 256;
   btScalar m_timeStep;
   std::vector<Saved> m_saved;
   std::vector<bool> m_done;

@@ -5,6 +5,7 @@
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "../gpu_engine/zone.h"
 #include "exact_type.h"
@@ -18,6 +19,8 @@ namespace {
 constexpr std::size_t kGrain = 512;     // bodies
 constexpr std::size_t kSubtrees = 256;  // that are fitted side by side
 constexpr std::size_t kFewMoved = 32;   // less than this share of the tree moved: each leaf is put in place by itself
+constexpr std::size_t kMostMoved = 4;   // at least this share moved: the tree meets itself
+constexpr std::size_t kPieces = 128;    // into which it is cut then
 
 btDbvtProxy* dbvtProxy(btBroadphaseProxy* proxy) { return static_cast<btDbvtProxy*>(proxy); }
 
@@ -49,6 +52,18 @@ btDbvtAabbMm withMargin(const btDbvtBroadphase& broadphase, const btDbvtProxy& p
   volume.Expand(btVector3(gDbvtMargin, gDbvtMargin, gDbvtMargin));
   volume.SignedExpand(ahead);
   return volume;
+}
+
+// btDbvtAabbMm's Intersect without branches.
+bool overlap(const btDbvtAabbMm& a, const btDbvtAabbMm& b) {
+  const btVector3 &lowerA = a.Mins(), &upperA = a.Maxs(), &lowerB = b.Mins(), &upperB = b.Maxs();
+  return (lowerA.x() <= upperB.x()) & (upperA.x() >= lowerB.x()) & (lowerA.y() <= upperB.y()) &
+         (upperA.y() >= lowerB.y()) & (lowerA.z() <= upperB.z()) & (upperA.z() >= lowerB.z());
+}
+
+btScalar extent(const btDbvtAabbMm& box) {
+  const btVector3 edges = box.Maxs() - box.Mins();
+  return edges.x() + edges.y() + edges.z();
 }
 
 void fit(btDbvtNode& node) { Merge(node.childs[0]->volume, node.childs[1]->volume, node.volume); }
@@ -234,17 +249,17 @@ void DbvtUpdater::refit(btDbvt& tree) {
   for (auto it = m_tops.rbegin(); it != m_tops.rend(); ++it) fit(**it);
 }
 
-void DbvtUpdater::findPairs(btDbvtBroadphase& broadphase) {
-  const Zone zone("findNewPairs");
-  if (m_moved.empty()) return;
-  constexpr std::size_t kChunk = 128;
-  auto& cache = static_cast<btHashedOverlappingPairCache&>(*broadphase.m_paircache);
-  const PairTable known(cache);
+void DbvtUpdater::markMoved(bool moved) {
   for (const btDbvtProxy* proxy : m_movedProxies) {
     const auto id = static_cast<std::size_t>(proxy->m_uniqueId);
     if (m_isMoved.size() <= id) m_isMoved.resize(id + 1);
-    m_isMoved[id] = true;
+    m_isMoved[id] = moved;
   }
+}
+
+// From each leaf that moved through both trees.
+void DbvtUpdater::findPairsOfLeaves(const btDbvtBroadphase& broadphase) {
+  constexpr std::size_t kChunk = 128;
   m_found.resize(chunkCount(m_moved.size(), kChunk));
   parallelChunks(m_moved.size(), kChunk, [&](std::size_t chunk, std::size_t first, std::size_t last) {
     struct Collector : btDbvt::ICollide {
@@ -263,8 +278,7 @@ void DbvtUpdater::findPairs(btDbvtBroadphase& broadphase) {
       Found* found;
     } collector;
     Found& found = m_found[chunk];
-    found.missing.clear();
-    found.overlaps = 0;
+    found.clear();
     collector.isMoved = &m_isMoved;
     collector.found = &found;
     btNodeStack stack;
@@ -275,9 +289,115 @@ void DbvtUpdater::findPairs(btDbvtBroadphase& broadphase) {
         tree.collideTVNoStackAlloc(tree.m_root, collector.proxy->leaf->volume, stack, collector);
       }
     }
-    known.keepMissing(found.missing, found.places);
   });
-  for (const btDbvtProxy* proxy : m_movedProxies) m_isMoved[static_cast<std::size_t>(proxy->m_uniqueId)] = false;
+}
+
+// Where most moved: the tree against itself and against that of what stands still, which goes down to each place where
+// leaves meet once, and not once for each leaf. Cut into subtrees; each meets itself, those after it, and the other
+// tree.
+void DbvtUpdater::findPairsOfTree(const btDbvtBroadphase& broadphase) {
+  const btDbvt &moving = broadphase.m_sets[btDbvtBroadphase::DYNAMIC_SET],
+               &fixed = broadphase.m_sets[btDbvtBroadphase::FIXED_SET];
+  cutTree(moving.m_root);
+  m_found.resize(m_pieces.size());
+  parallelFor(m_pieces.size(), 1, [&](std::size_t first, std::size_t last) {
+    NodePairs stack;
+    for (std::size_t i = first; i < last; ++i) {
+      Found& found = m_found[i];
+      found.clear();
+      meet(m_pieces[i], m_pieces[i], stack, found);
+      for (std::size_t k = i + 1; k < m_pieces.size(); ++k) {
+        if (Intersect(m_pieces[i]->volume, m_pieces[k]->volume)) meet(m_pieces[i], m_pieces[k], stack, found);
+      }
+      if (fixed.m_root && Intersect(m_pieces[i]->volume, fixed.m_root->volume))
+        meet(m_pieces[i], fixed.m_root, stack, found);
+    }
+  });
+}
+
+// Level by level, into kPieces subtrees or more; a leaf is one too.
+void DbvtUpdater::cutTree(const btDbvtNode* root) {
+  m_pieces.clear();
+  if (!root) return;
+  m_pieces.push_back(root);
+  for (bool cut = true; cut && m_pieces.size() < kPieces;) {
+    std::vector<const btDbvtNode*> below;
+    for (const btDbvtNode* node : m_pieces) {
+      if (node->isleaf()) {
+        below.push_back(node);
+      } else {
+        below.insert(below.end(), {node->childs[0], node->childs[1]});
+      }
+    }
+    cut = below.size() > m_pieces.size();
+    m_pieces = std::move(below);
+  }
+}
+
+// All pairs of a leaf below (or at) `a` and one below `b`, two nodes that overlap; if they are the same, each pair
+// once.
+void DbvtUpdater::meet(const btDbvtNode* a, const btDbvtNode* b, NodePairs& stack, Found& found) const {
+  std::size_t depth = 0;
+  // Whether two boxes overlap is as good as chance, so it must not be a branch.
+  const auto push = [&](const btDbvtNode* x, const btDbvtNode* y, bool wanted) {
+    stack[depth] = {x, y};
+    depth += wanted;
+  };
+  constexpr std::size_t kMostPushed = 3;
+  if (stack.size() < kMostPushed) stack.resize(kMostPushed);
+  push(a, b, true);
+  while (depth > 0) {
+    std::tie(a, b) = stack[--depth];
+    if (stack.size() < depth + kMostPushed) stack.resize(2 * (depth + kMostPushed));
+    if (a == b) {
+      if (a->isleaf()) continue;
+      const btDbvtNode *x = a->childs[0], *y = a->childs[1];
+      push(x, y, overlap(x->volume, y->volume));
+      push(x, x, x->isinternal());
+      push(y, y, y->isinternal());
+    } else if (a->isleaf() && b->isleaf()) {
+      found.add(static_cast<btDbvtProxy*>(a->data), static_cast<btDbvtProxy*>(b->data), m_isMoved);
+    } else {
+      // The larger one, which the other may miss with one of its children.
+      const bool cutA = b->isleaf() || (a->isinternal() && extent(a->volume) > extent(b->volume));
+      const btDbvtNode *whole = cutA ? b : a, *cut = cutA ? a : b;
+      for (const btDbvtNode* child : cut->childs) push(child, whole, overlap(child->volume, whole->volume));
+    }
+  }
+}
+
+void DbvtUpdater::Found::clear() {
+  missing.clear();
+  overlaps = 0;
+}
+
+void DbvtUpdater::Found::add(btDbvtProxy* a, btDbvtProxy* b, const std::vector<bool>& isMoved) {
+  const auto moved = [&isMoved](const btDbvtProxy* proxy) {
+    const auto id = static_cast<std::size_t>(proxy->m_uniqueId);
+    return id < isMoved.size() && isMoved[id] ? 1 : 0;
+  };
+  const int count = moved(a) + moved(b);
+  overlaps += count;
+  const bool low = a->m_uniqueId < b->m_uniqueId;
+  if (count > 0) missing.emplace_back(low ? a : b, low ? b : a);
+}
+
+void DbvtUpdater::findPairs(btDbvtBroadphase& broadphase) {
+  const Zone zone("findNewPairs");
+  if (m_moved.empty()) return;
+  auto& cache = static_cast<btHashedOverlappingPairCache&>(*broadphase.m_paircache);
+  markMoved(true);
+  const auto leaves = static_cast<std::size_t>(broadphase.m_sets[btDbvtBroadphase::DYNAMIC_SET].m_leaves);
+  if (m_moved.size() * kMostMoved < leaves) {
+    findPairsOfLeaves(broadphase);
+  } else {
+    findPairsOfTree(broadphase);
+  }
+  markMoved(false);
+  const PairTable known(cache);
+  parallelFor(m_found.size(), 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) known.keepMissing(m_found[i].missing, m_found[i].places);
+  });
   broadphase.m_needcleanup = true;
   for (const Found& found : m_found) {
     broadphase.m_newpairs += found.overlaps;

@@ -39,6 +39,13 @@ class DbvtUpdater {
   void placeLeaves(btDbvtBroadphase& broadphase);
   void refit(btDbvt& tree);
   void findPairs(btDbvtBroadphase& broadphase);
+  struct Found;
+  using NodePairs = std::vector<std::pair<const btDbvtNode*, const btDbvtNode*>>;
+  void markMoved(bool moved);
+  void findPairsOfLeaves(const btDbvtBroadphase& broadphase);
+  void findPairsOfTree(const btDbvtBroadphase& broadphase);
+  void cutTree(const btDbvtNode* root);
+  void meet(const btDbvtNode* a, const btDbvtNode* b, NodePairs& stack, Found& found) const;
 
   static constexpr unsigned kPlaceEvery = 32;
   unsigned m_updates = 0;
@@ -51,9 +58,12 @@ class DbvtUpdater {
     std::vector<ProxyPair> missing;  // overlapping, not in the cache; the lower id first
     std::vector<int> places;
     int overlaps = 0;  // each pair of two that moved counts twice, as in stock
+    void clear();
+    void add(btDbvtProxy* a, btDbvtProxy* b, const std::vector<bool>& isMoved);
   };
-  std::vector<bool> m_isMoved;  // by id of the proxy
-  std::vector<Found> m_found;   // by chunk
+  std::vector<bool> m_isMoved;              // by id of the proxy
+  std::vector<const btDbvtNode*> m_pieces;  // of the tree that meets itself
+  std::vector<Found> m_found;               // by chunk or piece
 };
 
 BTGPU_TRANSLATION_END

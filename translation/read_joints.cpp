@@ -17,6 +17,7 @@
 #include "convert.h"
 #include "damped_bodies.h"
 #include "exact_type.h"
+#include "parallel.h"
 #include "virtual_table.h"
 
 BTGPU_TRANSLATION_BEGIN
@@ -83,9 +84,40 @@ btScalar speedAlong(const btRigidBody& body, const btVector3& linear, const btVe
   return linear.dot(body.getLinearVelocity()) + angular.dot(body.getAngularVelocity());
 }
 
-bool isDamped(const WorldReader& reader, std::uint32_t slot, const btRigidBody& body) {
-  return slot != kNoSlot && reader.isIntegrated(slot) && !body.isStaticOrKinematicObject();
+// Damping would change something.
+bool isDamped(const WorldInput& input, std::uint32_t slot) {
+  const BodyDamping& d = input.dampings.values[slot];
+  return d.linear != 0.0f || d.angular != 0.0f || (input.infos.values[slot].flags & BODY_ADDITIONAL_DAMPING);
 }
+
+// Some joints forget their impulse here; whether stock would have come here at all, the device knows after the step.
+// With point to point joints that would be all: what else they write nobody reads.
+void buildJacobian(btTypedConstraint& constraint) {
+  if (isExactly<btPoint2PointConstraint>(constraint)) return;
+  const btScalar impulse = constraint.internalGetAppliedImpulse();
+  constraint.buildJacobian();
+  constraint.internalSetAppliedImpulse(impulse);
+}
+
+bool areDifferent(std::vector<btTypedConstraint*> constraints) {
+  std::sort(constraints.begin(), constraints.end());
+  return std::adjacent_find(constraints.begin(), constraints.end()) == constraints.end();
+}
+
+constexpr std::size_t kGrain = 128;  // joints
+
+// The rows of a joint, as getInfo2 gets them; used again from joint to joint.
+class RowMaker {
+ public:
+  RowMaker(const btContactSolverInfo& info, btScalar timeStep) : m_info(info), m_timeStep(timeStep) {}
+  // joint.rowCount rows, the first one at `out`.
+  void make(btTypedConstraint& constraint, Joint& joint, JointRow* out);
+
+ private:
+  const btContactSolverInfo& m_info;
+  btScalar m_timeStep;
+  btAlignedObjectArray<btSolverConstraint> m_rows;
+};
 
 }  // namespace
 
@@ -96,48 +128,111 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   m_last.joints.swap(input.joints);
   m_last.impulses.swap(m_impulses);
   m_impulses.clear();
-  input.joints.clear();
   input.jointRows.clear();
   input.jointImpulses.clear();
-  m_constraints.clear();
-  m_evaluated.clear();
-  for (int i = 0; i < world.getNumConstraints(); ++i) readJoint(*world.getConstraint(i), reader, missing);
+  readJoints(world, reader, missing);
   if (!missing.empty() || m_constraints.empty()) return;
 
   const Zone zone("convertJoints");
-  const btContactSolverInfo& info = world.getSolverInfo();
   DampedBodies damped(timeStep);
-  damped.reserve(input.bodyCount);
+  damped.damp(dampedBodies(reader));
   AdvancedBodies advanced(ahead);
   advanced.reserve(input.bodyCount);
-  for (btTypedConstraint* constraint : m_constraints) {
-    for (btRigidBody* body : {&constraint->getRigidBodyA(), &constraint->getRigidBodyB()}) {
-      const std::uint32_t slot = reader.slotOf(*body);
-      if (isDamped(reader, slot, *body)) damped.damp(*body, slot);
-      advanced.advance(*body, slot);
+  for (std::size_t i = 0; i < m_constraints.size() && ahead != btScalar(0); ++i) {
+    for (btRigidBody* body : {&m_constraints[i]->getRigidBodyA(), &m_constraints[i]->getRigidBodyB()}) {
+      advanced.advance(*body, reader.slotOf(*body));
     }
   }
-  // In the order of stock's convertJoints.
-  for (std::size_t i = 0; i < m_constraints.size(); ++i) {
-    if (!m_evaluated[i]) continue;
-    // Some joints forget their impulse here; whether stock would have come here at all, the device knows after the
-    // step.
-    const btScalar impulse = m_constraints[i]->internalGetAppliedImpulse();
-    m_constraints[i]->buildJacobian();
-    m_constraints[i]->internalSetAppliedImpulse(impulse);
-  }
-  for (std::size_t i = 0; i < m_constraints.size(); ++i) {
-    Joint& joint = input.joints[i];
-    if (!m_evaluated[i] || !joint.enabled) continue;
-    btTypedConstraint::btConstraintInfo1 info1;
-    m_constraints[i]->getInfo1(&info1);
-    joint.rowCount = static_cast<uint>(btMax(0, info1.m_numConstraintRows));
-  }
-  m_out = &input.jointRows;
-  for (std::size_t i = 0; i < m_constraints.size(); ++i) {
-    if (input.joints[i].rowCount > 0) makeRows(*m_constraints[i], info, timeStep, input.joints[i]);
-  }
+  // In the order of stock's convertJoints, where the application's own classes could see it.
+  forEachJoint([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      if (!m_evaluated[i]) continue;
+      buildJacobian(*m_constraints[i]);
+      if (m_atOnce) countRows(i, input.joints[i]);
+    }
+  });
+  for (std::size_t i = 0; i < m_constraints.size() && !m_atOnce; ++i) countRows(i, input.joints[i]);
+  placeRows(input);
+  const btContactSolverInfo& info = world.getSolverInfo();
+  forEachJoint([&](std::size_t first, std::size_t last) {
+    RowMaker rows(info, timeStep);
+    for (std::size_t i = first; i < last; ++i) {
+      Joint& joint = input.joints[i];
+      if (joint.rowCount > 0) rows.make(*m_constraints[i], joint, &input.jointRows[joint.firstRow]);
+    }
+  });
   recallImpulses(input);
+}
+
+// work(first, last): on several threads if the joints allow it, else all in their order.
+template <typename Work>
+void JointReader::forEachJoint(const Work& work) {
+  if (m_atOnce) {
+    parallelFor(m_constraints.size(), kGrain, work);
+  } else {
+    work(0, m_constraints.size());
+  }
+}
+
+void JointReader::countRows(std::size_t i, Joint& joint) const {
+  if (!m_evaluated[i] || !joint.enabled) return;
+  btTypedConstraint::btConstraintInfo1 info1;
+  m_constraints[i]->getInfo1(&info1);
+  joint.rowCount = static_cast<uint>(btMax(0, info1.m_numConstraintRows));
+}
+
+void JointReader::placeRows(WorldInput& input) const {
+  std::size_t count = 0;
+  for (Joint& joint : input.joints) {
+    if (joint.rowCount > 0) joint.firstRow = static_cast<uint>(count);
+    count += joint.rowCount;
+  }
+  input.jointRows.resize(count);
+}
+
+// Those of the joints' bodies whose velocities damping changes, each once.
+std::vector<btRigidBody*> JointReader::dampedBodies(const WorldReader& reader) {
+  const WorldInput& input = reader.input();
+  std::vector<btRigidBody*> bodies;
+  m_isLinked.assign(input.bodyCount, 0);
+  for (const Joint& joint : input.joints) {
+    for (const uint slot : {joint.islandA, joint.islandB}) {
+      if (slot == NO_INDEX || m_isLinked[slot]) continue;
+      m_isLinked[slot] = 1;
+      if (reader.isIntegrated(slot) && isDamped(input, slot))
+        bodies.push_back(static_cast<btRigidBody*>(reader.objectOf(slot)));
+    }
+  }
+  return bodies;
+}
+
+// Everything of the joints but their rows.
+void JointReader::readJoints(btDiscreteDynamicsWorld& world, WorldReader& reader, FallbackList& missing) {
+  const auto count = static_cast<std::size_t>(world.getNumConstraints());
+  m_constraints.clear();
+  for (int i = 0; i < world.getNumConstraints(); ++i) m_constraints.push_back(world.getConstraint(i));
+  if (m_constraints != m_last.constraints) m_distinct = areDifferent(m_constraints);
+  m_evaluated.resize(count);
+  reader.input().joints.resize(count);
+  m_chunks.resize(chunkCount(count, kGrain));
+  parallelChunks(count, kGrain, [&](std::size_t c, std::size_t first, std::size_t last) {
+    Chunk& chunk = m_chunks[c];
+    chunk.missing.clear();
+    chunk.bulletsOwn = true;
+    for (std::size_t i = first; i < last; ++i) {
+      chunk.bulletsOwn = chunk.bulletsOwn && isBulletsOwn(*m_constraints[i]);
+      readJoint(i, reader, chunk.missing);
+    }
+  });
+  m_atOnce = m_distinct;
+  for (const Chunk& chunk : m_chunks) {
+    m_atOnce = m_atOnce && chunk.bulletsOwn;
+    missing.addAll(chunk.missing);
+  }
+  for (std::size_t i = 0; i < count && !m_atOnce; ++i) {
+    if (takesPartInSolver(*m_constraints[i]))
+      missing.add("joint that overrides solveConstraintObsolete", "called in the solver");
+  }
 }
 
 // Rows are those of the last step if a joint's are as many and of the same kinds.
@@ -164,10 +259,8 @@ void JointReader::recallImpulses(WorldInput& input) {
   }
 }
 
-// Everything of a joint but its rows.
-void JointReader::readJoint(btTypedConstraint& constraint, WorldReader& reader, FallbackList& missing) {
-  if (takesPartInSolver(constraint))
-    missing.add("joint that overrides solveConstraintObsolete", "called in the solver");
+void JointReader::readJoint(std::size_t i, WorldReader& reader, FallbackList& missing) {
+  const btTypedConstraint& constraint = *m_constraints[i];
   const WorldInput& input = reader.input();
   Joint joint{};
   joint.enabled = constraint.isEnabled() ? 1u : 0u;
@@ -192,14 +285,12 @@ void JointReader::readJoint(btTypedConstraint& constraint, WorldReader& reader, 
   readEnd(constraint.getRigidBodyA(), joint.bodyA, joint.islandA);
   readEnd(constraint.getRigidBodyB(), joint.bodyB, joint.islandB);
   if (quarantined) joint.enabled = 0;
-  m_constraints.push_back(&constraint);
-  m_evaluated.push_back(!quarantined && (joint.islandA != NO_INDEX || joint.islandB != NO_INDEX));
-  reader.input().joints.push_back(joint);
+  m_evaluated[i] = !quarantined && (joint.islandA != NO_INDEX || joint.islandB != NO_INDEX);
+  reader.input().joints[i] = joint;
 }
 
 // btSequentialImpulseConstraintSolver::convertJoint, up to where it needs the solver's bodies.
-void JointReader::makeRows(btTypedConstraint& constraint, const btContactSolverInfo& info, btScalar timeStep,
-                           Joint& joint) {
+void RowMaker::make(btTypedConstraint& constraint, Joint& joint, JointRow* out) {
   m_rows.resizeNoInitialize(static_cast<int>(joint.rowCount));
   std::memset(static_cast<void*>(&m_rows[0]), 0, sizeof(btSolverConstraint) * joint.rowCount);
   for (int r = 0; r < m_rows.size(); ++r) {
@@ -207,10 +298,10 @@ void JointReader::makeRows(btTypedConstraint& constraint, const btContactSolverI
     m_rows[r].m_upperLimit = SIMD_INFINITY;
   }
   btSolverConstraint& first = m_rows[0];
-  first.m_cfm = info.m_globalCfm;
+  first.m_cfm = m_info.m_globalCfm;
   btTypedConstraint::btConstraintInfo2 info2;
-  info2.fps = btScalar(1) / timeStep;
-  info2.erp = info.m_erp;
+  info2.fps = btScalar(1) / m_timeStep;
+  info2.erp = m_info.m_erp;
   info2.m_J1linearAxis = first.m_contactNormal1;
   info2.m_J1angularAxis = first.m_relpos1CrossNormal;
   info2.m_J2linearAxis = first.m_contactNormal2;
@@ -220,14 +311,13 @@ void JointReader::makeRows(btTypedConstraint& constraint, const btContactSolverI
   info2.cfm = &first.m_cfm;
   info2.m_lowerLimit = &first.m_lowerLimit;
   info2.m_upperLimit = &first.m_upperLimit;
-  info2.m_numIterations = info.m_numIterations;
-  info2.m_damping = info.m_damping;
+  info2.m_numIterations = m_info.m_numIterations;
+  info2.m_damping = m_info.m_damping;
   constraint.getInfo2(&info2);
 
   const btScalar breaking = constraint.getBreakingImpulseThreshold();
-  joint.firstRow = static_cast<uint>(m_out->size());
   joint.damping = static_cast<float>(info2.m_damping);
-  if (joint.iterations <= 0) joint.iterations = info.m_numIterations;
+  if (joint.iterations <= 0) joint.iterations = m_info.m_numIterations;
   for (int r = 0; r < m_rows.size(); ++r) {
     const btSolverConstraint& row = m_rows[r];
     // The device has no velocity for ends that the solver holds.
@@ -243,10 +333,9 @@ void JointReader::makeRows(btTypedConstraint& constraint, const btContactSolverI
     if (r < 32 && noLower != noUpper) joint.boundRows |= 1u << r;
     const btScalar upper = row.m_upperLimit >= breaking ? breaking : row.m_upperLimit;
     const btScalar lower = row.m_lowerLimit <= -breaking ? -breaking : row.m_lowerLimit;
-    m_out->push_back({toFloat4(row.m_contactNormal1, static_cast<float>(row.m_rhs - held * info2.m_damping)),
-                      toFloat4(row.m_relpos1CrossNormal, static_cast<float>(row.m_cfm)),
-                      toFloat4(row.m_contactNormal2, toFinite(lower)),
-                      toFloat4(row.m_relpos2CrossNormal, toFinite(upper))});
+    out[r] = {toFloat4(row.m_contactNormal1, static_cast<float>(row.m_rhs - held * info2.m_damping)),
+              toFloat4(row.m_relpos1CrossNormal, static_cast<float>(row.m_cfm)),
+              toFloat4(row.m_contactNormal2, toFinite(lower)), toFloat4(row.m_relpos2CrossNormal, toFinite(upper))};
   }
 }
 

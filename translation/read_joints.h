@@ -26,16 +26,29 @@ class JointReader {
 
   // The constraints that joints[i] of the input were made from.
   const std::vector<btTypedConstraint*>& constraints() const { return m_constraints; }
+  // No constraint is in the world twice.
+  bool areDistinct() const { return m_distinct; }
 
  private:
+  template <typename Work>
+  void forEachJoint(const Work& work);
   void recallImpulses(WorldInput& input);
-  void readJoint(btTypedConstraint& constraint, WorldReader& reader, FallbackList& missing);
-  void makeRows(btTypedConstraint& constraint, const btContactSolverInfo& info, btScalar timeStep, Joint& joint);
+  void readJoints(btDiscreteDynamicsWorld& world, WorldReader& reader, FallbackList& missing);
+  void readJoint(std::size_t i, WorldReader& reader, FallbackList& missing);
+  std::vector<btRigidBody*> dampedBodies(const WorldReader& reader);
+  void countRows(std::size_t i, Joint& joint) const;
+  void placeRows(WorldInput& input) const;
 
   std::vector<btTypedConstraint*> m_constraints;
   std::vector<char> m_evaluated;  // by joint: in an island, so that stock would set it up if that is awake
-  btAlignedObjectArray<btSolverConstraint> m_rows;  // of one joint
-  std::vector<JointRow>* m_out = nullptr;
+  std::vector<char> m_isLinked;   // by slot: seen among the joints' bodies
+  bool m_distinct = true;
+  bool m_atOnce = true;  // all are Bullet's own: they change nothing but themselves, and several threads share them
+  struct Chunk {
+    FallbackList missing;
+    bool bulletsOwn = true;
+  };
+  std::vector<Chunk> m_chunks;
   std::vector<float> m_impulses;  // remembered
   struct Last {
     std::vector<btTypedConstraint*> constraints;  // compared, never looked into

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "../gpu_engine/zone.h"
 #include "convert.h"
@@ -68,8 +69,8 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
   m_shapes.setOwnAlgorithms(typesWithOwnAlgorithms(*dispatcher));
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   const auto& bodies = world.getNonStaticRigidBodies();
-  const bool known = isListed(objects, bodies);
-  if (!known) {
+  m_objectsKnown = isListed(objects, bodies);
+  if (!m_objectsKnown) {
     findObjects(objects);
     markIntegrated(bodies);
     m_shapesKnown = false;
@@ -81,7 +82,7 @@ void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, Fa
     readObjects();
     m_shapesKnown = true;
   }
-  m_input.listedPairs.clear();
+  mergeIgnored();
   m_sweptBodies.clear();
   for (Changes& changes : m_changes) take(changes, missing, notes);
   readCompounds();
@@ -115,7 +116,6 @@ void WorldReader::forEachObject(const Work& work) {
     Changes& changes = m_changes[chunk];
     changes.missing.clear();
     changes.hostShares.clear();
-    changes.ignoredPairs.clear();
     changes.swept.clear();
     changes.reshaped = false;
     const std::size_t end = m_objects.size();
@@ -124,6 +124,9 @@ void WorldReader::forEachObject(const Work& work) {
       if (k + kAhead < last) prefetch(m_objects[k + kAhead]->getBroadphaseHandle(), sizeof(btBroadphaseProxy));
       work(k, *m_objects[k], changes);
     }
+    if (m_objectsKnown && ignoredAsBefore(changes, first, last)) return;
+    changes.ignoredChanged = true;
+    findIgnored(changes, first, last);
   });
 }
 
@@ -146,10 +149,8 @@ void WorldReader::readShapes(FallbackList& missing) {
 
 void WorldReader::readObjects() {
   const Zone zone("readBodies");
-  forEachObject([this](std::size_t k, btCollisionObject& object, Changes& changes) {
-    const std::uint32_t slot = m_order[k];
-    if (m_orderShapeIndices[k] >= 0) readObject(slot, m_orderShapeIndices[k], changes);
-    readIgnoredPairs(object, slot, changes.ignoredPairs);
+  forEachObject([this](std::size_t k, btCollisionObject&, Changes& changes) {
+    if (m_orderShapeIndices[k] >= 0) readObject(m_order[k], m_orderShapeIndices[k], changes);
   });
 }
 
@@ -163,9 +164,7 @@ bool WorldReader::readKnownObjects(FallbackList& missing) {
       changes.reshaped = true;
       return;
     }
-    const std::uint32_t slot = m_order[k];
-    if (m_orderShapeIndices[k] >= 0) readObject(slot, m_orderShapeIndices[k], changes);
-    readIgnoredPairs(object, slot, changes.ignoredPairs);
+    if (m_orderShapeIndices[k] >= 0) readObject(m_order[k], m_orderShapeIndices[k], changes);
   });
   if (std::any_of(m_changes.begin(), m_changes.end(), [](const Changes& c) { return c.reshaped; })) return false;
   m_hostShares.clear();
@@ -186,7 +185,6 @@ void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& no
   append(m_input.dampings.changed, changes.dampings);
   append(m_input.activations.changed, changes.activations);
   append(m_input.born, changes.born);
-  append(m_input.listedPairs, changes.ignoredPairs);
   append(m_sweptBodies, changes.swept);
   missing.addAll(changes.missing);
   notes.addAll(changes.notes);
@@ -465,12 +463,50 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
   }
 }
 
+// Of all chunks, if one of them has found other ignored pairs than before.
+void WorldReader::mergeIgnored() {
+  bool changed = !m_objectsKnown;
+  for (Changes& changes : m_changes) changed |= std::exchange(changes.ignoredChanged, false);
+  if (changed) {
+    m_ignoredPairs.clear();
+    for (const Changes& c : m_changes) {
+      m_ignoredPairs.insert(m_ignoredPairs.end(), c.ignoredPairs.begin(), c.ignoredPairs.end());
+    }
+    std::sort(m_ignoredPairs.begin(), m_ignoredPairs.end());
+    m_ignoredPairs.erase(std::unique(m_ignoredPairs.begin(), m_ignoredPairs.end()), m_ignoredPairs.end());
+  }
+  m_input.listedPairs = m_ignoredPairs;
+}
+
+// Whether the chunk's objects list the same objects to be ignored as in the last read.
+bool WorldReader::ignoredAsBefore(const Changes& changes, std::size_t first, std::size_t last) const {
+  auto next = changes.ignoredObjects.begin();
+  const auto end = changes.ignoredObjects.end();
+  for (std::size_t i = first; i < last; ++i) {
+    btCollisionObject& object = *m_objects[i];
+    const int count = object.getNumObjectsWithoutCollision();
+    if (end - next <= count || next[count] != nullptr) return false;
+    for (int k = 0; k < count; ++k, ++next) {
+      if (*next != object.getObjectWithoutCollision(k)) return false;
+    }
+    ++next;
+  }
+  return next == end;
+}
+
 // Either of two objects may list the other (btCollisionDispatcher::needsCollision). The lists may hold objects that are
 // gone: their addresses are only looked up.
-void WorldReader::readIgnoredPairs(btCollisionObject& object, std::uint32_t slot, std::vector<ulong>& ignored) const {
-  for (int k = 0; k < object.getNumObjectsWithoutCollision(); ++k) {
-    const std::uint32_t other = m_index.find(object.getObjectWithoutCollision(k));
-    if (other != kNoSlot && other != slot) ignored.push_back(pairKeyOf(slot, other));
+void WorldReader::findIgnored(Changes& changes, std::size_t first, std::size_t last) const {
+  changes.ignoredObjects.clear();
+  changes.ignoredPairs.clear();
+  for (std::size_t i = first; i < last; ++i) {
+    btCollisionObject& object = *m_objects[i];
+    for (int k = 0; k < object.getNumObjectsWithoutCollision(); ++k) {
+      const std::uint32_t other = m_index.find(object.getObjectWithoutCollision(k));
+      changes.ignoredObjects.push_back(object.getObjectWithoutCollision(k));
+      if (other != kNoSlot && other != m_order[i]) changes.ignoredPairs.push_back(pairKeyOf(m_order[i], other));
+    }
+    changes.ignoredObjects.push_back(nullptr);
   }
 }
 
@@ -483,9 +519,6 @@ void WorldReader::sortChanges() {
     if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
-  auto& ignored = in.listedPairs;
-  std::sort(ignored.begin(), ignored.end());
-  ignored.erase(std::unique(ignored.begin(), ignored.end()), ignored.end());
 }
 
 void WorldReader::acceptResults(const StepResults& results) {

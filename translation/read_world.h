@@ -108,7 +108,11 @@ class WorldReader {
   // What one thread found out about some objects.
   struct Changes {
     std::vector<std::uint32_t> infos, poses, velocities, forces, masses, materials, dampings, activations, born, swept;
+    // Objects that the chunk's objects ignore, each list followed by a null, and the pairs with those that are in the
+    // world: kept from read to read.
+    std::vector<const btCollisionObject*> ignoredObjects;
     std::vector<ulong> ignoredPairs;
+    bool ignoredChanged = false;
     FallbackList missing, notes, hostShares;
     bool hostBodiesChanged = false;
     bool reshaped = false;  // an object has another shape than it had in the last read
@@ -126,7 +130,9 @@ class WorldReader {
   void releaseChild(std::uint32_t slot);
   void take(Changes& changes, FallbackList& missing, FallbackList& notes);
   void sortChanges();
-  void readIgnoredPairs(btCollisionObject& object, std::uint32_t slot, std::vector<ulong>& ignored) const;
+  void mergeIgnored();
+  void findIgnored(Changes& changes, std::size_t first, std::size_t last) const;
+  bool ignoredAsBefore(const Changes& changes, std::size_t first, std::size_t last) const;
 
   IndexMap m_index;
   std::vector<BodySlot> m_slots;
@@ -141,6 +147,7 @@ class WorldReader {
   std::vector<int> m_orderShapeIndices;                // likewise; -1
   bool m_shapesKnown = false;                          // these two are those of the last read
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> m_children;  // by slot of a body with a compound
+  std::vector<ulong> m_ignoredPairs;                                         // of all chunks, sorted
   std::vector<Changes> m_changes;                                            // by chunk
   std::vector<Bounds> m_bounds;                                              // likewise
   ShapeReader m_shapes;
@@ -149,6 +156,7 @@ class WorldReader {
   bool m_regionChosen = false;
   FallbackList m_hostShares;
   std::vector<std::uint32_t> m_sweptBodies;
+  bool m_objectsKnown = false;   // of the read: the world's objects are those of the last one
   bool m_useContinuous = false;  // of the read: btDispatcherInfo's
   bool m_ownFilter = false;      // likewise: the application filters pairs itself
   const char* m_globalCallback = nullptr;

@@ -7,9 +7,12 @@
 
 #include "../gpu_engine/zone.h"
 #include "convert.h"
+#include "parallel.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
+
+constexpr std::size_t kGrain = 256;  // joints
 
 void addFeedback(btJointFeedback& f, const btTypedConstraint& constraint, const JointRow& row, btScalar impulse,
                  btScalar timeStep) {
@@ -56,9 +59,26 @@ void writeBackJoints(btDiscreteDynamicsWorld& world, const JointReader& joints, 
     }
     return false;
   };
-  for (std::size_t i = 0; i < constraints.size(); ++i) {
-    if (!results.jointSolved[i] || !isInWorld(constraints[i], i)) continue;
+  const auto isDue = [&](std::size_t i) { return results.jointSolved[i] && isInWorld(constraints[i], i); };
+  const auto writeBack = [&](std::size_t i) {
     writeBackJoint(*constraints[i], input.joints[i], input.jointRows, results.jointImpulses, timeStep);
+  };
+  // Several joints may share what they report to: those come afterwards, one by one.
+  std::vector<char> reporting(chunkCount(constraints.size(), kGrain), 0);
+  const bool atOnce = joints.areDistinct();
+  const auto waits = [&](std::size_t i) { return !atOnce || constraints[i]->getJointFeedback(); };
+  parallelChunks(constraints.size(), kGrain, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      if (!isDue(i)) continue;
+      if (waits(i)) {
+        reporting[chunk] = 1;
+      } else {
+        writeBack(i);
+      }
+    }
+  });
+  for (std::size_t i = 0; i < constraints.size(); ++i) {
+    if (reporting[i / kGrain] && isDue(i) && waits(i)) writeBack(i);
   }
 }
 

@@ -16,6 +16,7 @@ class SolveBatches : public SolveVelocities {
 
  private:
   void solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats) override;
+  bool jointsInTeam() const override { return false; }
   void solvePhase(Queue& queue, DeviceWorld& world, uint phase, uint passes);
 
   Kernel m_solveBatches, m_solveSerial;

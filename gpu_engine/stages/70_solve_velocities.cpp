@@ -11,6 +11,13 @@ constexpr const char* kFile = "stages/70_solve_velocities.cl";
 constexpr const char* kPlain = "-DSOLVE_PLAIN";
 constexpr const char* kIterations = "-DSOLVE_PLAIN -DSOLVE_PASSES=(PASS_NORMAL|PASS_FRICTION)";
 
+// The first one in the lowest bits.
+uint sequenceOf(const std::vector<uint>& passes) {
+  uint sequence = 0;
+  for (size_t i = 0; i < passes.size(); ++i) sequence |= passes[i] << (i * PASS_BITS);
+  return sequence;
+}
+
 }  // namespace
 
 SolveVelocities::SolveVelocities(ComputeDevice& device, const char* name)
@@ -47,11 +54,9 @@ void SolveVelocities::solve(Queue& queue, DeviceWorld& world, const std::vector<
     }
     return;
   }
-  uint sequence = 0;
-  for (size_t i = 0; i < passes.size(); ++i) sequence |= passes[i] << (i * PASS_BITS);
   const Grid grid =
       m_inTeam ? queue.device().teamGrid(world.bodyCount) : Grid{resident * RESIDENT_GROUP, RESIDENT_GROUP};
-  kernels.atOnce.launch(queue, grid, static_cast<uint>(repeats), sequence, world.counters, world.params,
+  kernels.atOnce.launch(queue, grid, static_cast<uint>(repeats), sequenceOf(passes), world.counters, world.params,
                         world.slotFirst, world.slots, world.solverMasses, world.solverBodies, world.rows,
                         world.tangent2, world.torsion, world.solverTeam);
 }
@@ -84,16 +89,10 @@ void SolveVelocities::solveJoints(Queue& queue, DeviceWorld& world, uint iterati
   if (serial > 0) launch(m_solveJointsSerial, {1, 1}, colours.serialFirst(), serial);
 }
 
-void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows) {
-  queue.enterStage(m_name);
-  m_isPlain = !torsionRows && !settings.twoFrictionDirections && !settings.interleaveContactAndFriction;
+// Joints and contacts in launches of their own.
+void SolveVelocities::solveInTurn(Queue& queue, DeviceWorld& world, const StepSettings& settings,
+                                  const std::vector<uint>& passes, const std::vector<uint>& lastPasses) {
   if (settings.warmStarting) solve(queue, world, {PASS_WARM_START}, 1);
-  std::vector<uint> passes = {PASS_NORMAL | PASS_FRICTION}, lastPasses = passes;
-  if (!settings.interleaveContactAndFriction) lastPasses = {PASS_NORMAL, PASS_FRICTION};
-  if (torsionRows) {
-    passes.push_back(PASS_TORSION);
-    lastPasses.push_back(PASS_TORSION);
-  }
   const int last = settings.iterations - 1;
   for (int i = 0; i < world.jointIterations; ++i) {
     solveJoints(queue, world, static_cast<uint>(i));
@@ -101,6 +100,37 @@ void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettin
   }
   if (world.jointIterations < last) solve(queue, world, passes, last - world.jointIterations);
   if (world.jointIterations <= last) solve(queue, world, lastPasses, 1);
+}
+
+void SolveVelocities::solveJointsInTeam(Queue& queue, DeviceWorld& world, const StepSettings& settings,
+                                        const std::vector<uint>& passes, const std::vector<uint>& lastPasses) {
+  if (!m_solveJointsInTeam.isBuilt())
+    m_solveJointsInTeam = Kernel(queue.device(), "stages/70_solve_joints.cl", "solveJointsInTeam");
+  const JointColours& colours = world.jointColours;
+  m_solveJointsInTeam.launch(
+      queue, queue.device().teamGrid(world.bodyCount), static_cast<uint>(world.jointIterations),
+      static_cast<uint>(settings.iterations), settings.warmStarting ? sequenceOf({PASS_WARM_START}) : 0u,
+      sequenceOf(passes), sequenceOf(lastPasses), colours.serialFirst(), colours.first.back() - colours.serialFirst(),
+      world.counters, world.params, world.slotFirst, world.slots, world.solverMasses, world.solverBodies, world.rows,
+      world.tangent2, world.torsion, world.solverTeam, world.jointOrder, world.jointBlockColours, world.jointLanes,
+      world.jointBlockRows, world.joints, world.jointRows, world.jointEffects, world.jointSolved, world.jointImpulses,
+      world.jointHeads, world.jointLaneRows);
+}
+
+void SolveVelocities::enqueue(Queue& queue, DeviceWorld& world, const StepSettings& settings, bool torsionRows) {
+  queue.enterStage(m_name);
+  m_isPlain = !torsionRows && !settings.twoFrictionDirections && !settings.interleaveContactAndFriction;
+  std::vector<uint> passes = {PASS_NORMAL | PASS_FRICTION}, lastPasses = passes;
+  if (!settings.interleaveContactAndFriction) lastPasses = {PASS_NORMAL, PASS_FRICTION};
+  if (torsionRows) {
+    passes.push_back(PASS_TORSION);
+    lastPasses.push_back(PASS_TORSION);
+  }
+  if (world.jointIterations > 0 && jointsInTeam()) {
+    solveJointsInTeam(queue, world, settings, passes, lastPasses);
+  } else {
+    solveInTurn(queue, world, settings, passes, lastPasses);
+  }
   const uint slots = static_cast<uint>(world.capacities.slots);
   m_storeImpulses.launch(queue, queue.device().grid(slots), slots, world.counters, world.params, world.slots,
                          world.rows, world.tangent2, world.manifolds);

@@ -14,10 +14,10 @@ namespace btgpu {
 // alone. Reads slots, joints, solverMasses; changes rows, jointImpulses[] and solverBodies[]; writes the impulses of
 // contacts into manifolds[].
 //
-// On the CPU shape the members of one launch, or of one an iteration if there are joints, go through all colours and
-// passes together (docs/decisions/0011-solver-in-a-team.md). On the GPU shape so do groups that are resident at once
-// (docs/decisions/0025-solver-in-resident-groups.md), where a device has such; else each large colour of each pass is
-// a launch. There a step gets the programs that are built for no more than it needs
+// On the CPU shape the members of one launch go through all colours and passes together, those of the joints included
+// (docs/decisions/0011-solver-in-a-team.md, 0029-joints-in-the-team.md). On the GPU shape so do groups that are
+// resident at once (docs/decisions/0025-solver-in-resident-groups.md), where a device has such; else each large colour
+// of each pass is a launch. There a step gets the programs that are built for no more than it needs
 // (docs/decisions/0028-solver-programs-for-a-step.md).
 class SolveVelocities {
  public:
@@ -36,11 +36,18 @@ class SolveVelocities {
   virtual void solve(Queue& queue, DeviceWorld& world, const std::vector<uint>& passes, int repeats);
   static void solveColours(Queue& queue, DeviceWorld& world, uint passes, ContactKernels& kernels);
   void solveJoints(Queue& queue, DeviceWorld& world, uint iteration);
+  // Where contacts are solved by a team, which then solves the joints too.
+  virtual bool jointsInTeam() const { return m_inTeam; }
+  void solveInTurn(Queue& queue, DeviceWorld& world, const StepSettings& settings, const std::vector<uint>& passes,
+                   const std::vector<uint>& lastPasses);
+  void solveJointsInTeam(Queue& queue, DeviceWorld& world, const StepSettings& settings,
+                         const std::vector<uint>& passes, const std::vector<uint>& lastPasses);
   const char* m_name;
   bool m_inTeam;
   bool m_isPlain = false;                           // this step; what that is: SOLVE_PLAIN in kernels/lib/solve_slot.h
   ContactKernels m_general, m_plain, m_iterations;  // those built for less are of the GPU shape
   Kernel m_solveJointColour, m_solveJointsSerial, m_storeImpulses;
+  Kernel m_solveJointsInTeam;  // built when a world first has joints
 };
 
 }  // namespace btgpu

@@ -21,9 +21,23 @@ LIB float4 brake(float4 velocity, float limit) {
   return velocity - velocity * (ADDITIONAL_DAMPING_SPEED / speed);
 }
 
-LIB void applyDamping(BodyDamping d, uint flags, float timeStep, REF(float4) linear, REF(float4) angular) {
-  if (d.linear != 0.0f) *linear *= pow(1.0f - d.linear, timeStep);
-  if (d.angular != 0.0f) *angular *= pow(1.0f - d.angular, timeStep);
+// What is left of a velocity after a time step, of the damping that was last asked for: powers are dear, and mostly all
+// bodies have the same damping.
+STRUCT(DampingFactor) { float damping, factor; };
+
+LIB float dampingFactor(float damping, float timeStep, REF(DampingFactor) last) {
+  if (damping != last->damping) {
+    last->damping = damping;
+    last->factor = pow(1.0f - damping, timeStep);
+  }
+  return last->factor;
+}
+
+// `linearFactor`, `angularFactor`: of the body before, or of no damping ({0, 1}).
+LIB void applyDamping(BodyDamping d, uint flags, float timeStep, REF(DampingFactor) linearFactor,
+                      REF(DampingFactor) angularFactor, REF(float4) linear, REF(float4) angular) {
+  if (d.linear != 0.0f) *linear *= dampingFactor(d.linear, timeStep, linearFactor);
+  if (d.angular != 0.0f) *angular *= dampingFactor(d.angular, timeStep, angularFactor);
   if (!(flags & BODY_ADDITIONAL_DAMPING)) return;
   if (lengthSqr3(*angular) < d.additionalAngularThresholdSqr && lengthSqr3(*linear) < d.additionalLinearThresholdSqr) {
     *angular *= d.additionalFactor;

@@ -237,16 +237,10 @@ static void solveSlot(CHECKS uint slot, uint passes, uint flags, __global const 
 
 #ifdef BTGPU_SHAPE_CPU
 
-// What a work item takes at once: BTGPU_WIDE slots in vectors, but for torsional rows.
-static uint slotsAtOnce(uint passes) { return passes & PASS_TORSION ? 1 : BTGPU_WIDE; }
-
+// BTGPU_WIDE slots. Torsional rows have a pass of their own.
 static void solveSlots(CHECKS uint slot, uint passes, uint flags, __global const SlotHeader* slots,
                        __global const SolverMass* masses, __global SolverBody* bodies, __global float* rows,
                        __global float* tangent2, __global float* torsion) {
-  if (passes & PASS_TORSION) {
-    solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
-    return;
-  }
 #ifdef BTGPU_DEBUG
   // The vector code checks nothing: what is wrong goes slot by slot, where it is recorded.
   for (uint i = slot; i < slot + BTGPU_WIDE; ++i) {
@@ -262,6 +256,13 @@ static void solveSlots(CHECKS uint slot, uint passes, uint flags, __global const
     return;
   }
 #endif
+  if (passes & PASS_TORSION) {
+    if (flags & STEP_TORSION) {
+      solveTorsionWide(slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
+                       torsion + slotBase(slot, SLOT_TORSION_FIELDS));
+    }
+    return;
+  }
   solveWide(passes, flags, slots + slot, masses, bodies, rows + slotBase(slot, SLOT_FIELDS),
             flags & STEP_TWO_FRICTION ? tangent2 + slotBase(slot, SLOT_TANGENT2_FIELDS) : 0);
 }

@@ -120,4 +120,47 @@ WIDE void solveWide(uint passes, uint flags, __global const SlotHeader* slots, _
   if ((passes & PASS_NORMAL) && (flags & STEP_SPLIT_IMPULSE)) solvePushWide(&w, rows, bodies, a, b);
 }
 
+// The torsional pass, as solveTorsionRows; by itself, since it touches nothing but angular velocities.
+WIDE void solveTorsionWide(__global const SlotHeader* slots, __global const SolverMass* masses,
+                           __global SolverBody* bodies, __global const float* rows, __global float* torsion) {
+  WideSlots w;
+  loadSlots(slots, &w);
+  LaneMask pressed = 0;
+  for (int k = 0; k < w.maxPoints; ++k) {
+    pressed |= loadWide(rows + k * POINT_FIELDS * BTGPU_LANES, ROW_NORMAL_IMPULSE, w.pointCount > k) > 0.0f;
+  }
+  if (!anyLane(pressed)) return;
+  WideBody a = loadWideBody(masses, w.safeA, w.movedA), b = loadWideBody(masses, w.safeB, w.movedB);
+  a.angular = take3(gatherWide(&bodies->deltaAngular, 4, w.safeA), w.movedA);
+  b.angular = take3(gatherWide(&bodies->deltaAngular, 4, w.safeB), w.movedB);
+  for (int k = 0; k < w.maxPoints; ++k) {
+    const Lanes normalImpulse =
+        loadWide(rows + k * POINT_FIELDS * BTGPU_LANES, ROW_NORMAL_IMPULSE, w.pointCount > k);
+    for (uint r = 0; r < TORSION_ROWS; ++r) {
+      __global float* t = torsion + (k * TORSION_ROWS + r) * TORSION_FIELDS * BTGPU_LANES;
+      const Lanes friction = loadWide(t, ROW_TORSION_FRICTION, normalImpulse > 0.0f);
+      const LaneMask live = friction > 0.0f;
+      if (!anyLane(live)) continue;
+      const Lanes3 axis = loadWide3(t, ROW_TORSION_AXIS, live);
+      const Lanes scaled = friction * normalImpulse, limit = pick(scaled < friction, scaled, friction);
+      const Lanes impulse = loadWide(t, ROW_TORSION_IMPULSE, live);
+      const Lanes velocity = dotWide(axis, subtractWide(b.angular, a.angular));
+      const Lanes wanted =
+          impulse + loadWide(t, ROW_TORSION_RHS, live) - velocity * loadWide(t, ROW_TORSION_JAC, live);
+      const Lanes raised = pick(wanted > -limit, wanted, -limit);
+      const Lanes clamped = pick(raised < limit, raised, limit);
+      const Lanes3 p = timesWide(axis, clamped - impulse);
+      a.angular.x -= dotWide(a.mass0, p);
+      a.angular.y -= dotWide(a.mass1, p);
+      a.angular.z -= dotWide(a.mass2, p);
+      b.angular.x += dotWide(b.mass0, p);
+      b.angular.y += dotWide(b.mass1, p);
+      b.angular.z += dotWide(b.mass2, p);
+      storeLive(t, ROW_TORSION_IMPULSE, clamped, live);
+    }
+  }
+  scatterWide(&bodies->deltaAngular, 4, w.bodyA, a.angular, (Lanes)0.0f);
+  scatterWide(&bodies->deltaAngular, 4, w.bodyB, b.angular, (Lanes)0.0f);
+}
+
 #endif

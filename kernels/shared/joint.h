@@ -40,5 +40,26 @@ STRUCT(JointEffect) {
 // So many colours may be used to solve the joints as if one after the other, in their own order.
 #define JOINT_ORDER_LIMIT 16
 
+// On the CPU shape the solver takes JOINT_LANES joints of a colour side by side. Of a block of them: a head, whose field
+// f is at [f * JOINT_LANES], and rows in the order in which they are solved, likewise.
+#define JOINT_LANES 16
+#define HEAD_BODY_A 0      // as in Joint
+#define HEAD_BODY_B 1
+#define HEAD_FIRST_ROW 2
+#define HEAD_ROW_COUNT 3
+#define HEAD_ITERATIONS 4  // 0: not solved
+#define JOINT_HEAD_FIELDS 5
+#define JOINT_LINEAR_A 0   // as in JointRow
+#define JOINT_ANGULAR_A 3
+#define JOINT_LINEAR_B 6
+#define JOINT_ANGULAR_B 9
+#define JOINT_CFM 12
+#define JOINT_LOWER 13
+#define JOINT_UPPER 14
+#define JOINT_JAC 15       // as in JointEffect; 0: the row is not solved, and all of it is 0 but the impulse
+#define JOINT_RHS 16
+#define JOINT_IMPULSE 17
+#define JOINT_ROW_FIELDS 18
+
 BTGPU_END
 #endif

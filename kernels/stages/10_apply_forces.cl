@@ -12,6 +12,7 @@ KERNEL applyForces(uint bodyCount, __global const StepParams* params, __global c
                    __global const BodyForces* forces, __global const BodyMass* masses,
                    __global const BodyDamping* dampings, __global BodyStep* steps) {
   const float timeStep = params->timeStep;
+  DampingFactor linearFactor = {0.0f, 1.0f}, angularFactor = {0.0f, 1.0f};
   FOR_EACH(i, bodyCount) {
     const uint flags = infos[i].flags;
     const BodyPose pose = poses[i];
@@ -20,7 +21,7 @@ KERNEL applyForces(uint bodyCount, __global const StepParams* params, __global c
     float4 linear = velocities[i].linear, angular = velocities[i].angular;
     if (!solverHasVelocity(flags, inverseMass)) linear = angular = zero3();
     if ((flags & BODY_INTEGRATED) && !isStaticOrKinematic(flags)) {
-      applyDamping(dampings[i], flags, timeStep, &linear, &angular);
+      applyDamping(dampings[i], flags, timeStep, &linearFactor, &angularFactor, &linear, &angular);
     }
 
     BodyStep step;

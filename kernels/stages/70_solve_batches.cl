@@ -26,7 +26,7 @@ solveBatches(CHECKS uint phase, uint firstBatch, uint batchCount, uint passes, _
       const uint first = AT(batchFirst, group * BATCH_LIMIT + batch);
       const uint end = AT(batchFirst, group * BATCH_LIMIT + batch + 1);
 #ifdef BTGPU_SHAPE_CPU
-      for (uint slot = first; slot < end; slot += slotsAtOnce(passes)) {
+      for (uint slot = first; slot < end; slot += BTGPU_WIDE) {
         solveSlots(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
       }
 #else

@@ -3,50 +3,16 @@
 // Projected Gauss-Seidel over the coloured constraint slots: slots of one colour move different bodies and are
 // solved in parallel, colours one after the other. Which rows a launch solves is given by `passes`; of a slot's rows
 // the normal ones go first (docs/decisions/0014-friction-after-each-manifold.md).
+#include "../lib/solve_joint.h"
 #include "../lib/solve_slot.h"
-#include "../shared/joint.h"
 #include "../shared/team.h"
 #ifdef BTGPU_SHAPE_CPU
-#include "../lib/team.h"
+#include "../lib/solve_team.h"
 #else
 #include "../lib/resident.h"
 #endif
 
 #ifdef BTGPU_SHAPE_CPU
-
-#define PART_BLOCKS 4u  // blocks of BTGPU_WIDE slots that are worth a part of their own
-
-// This member's share of the slots first ... end - 1 of one colour; false if it has to leave the team.
-static int solveColour(CHECKS Member* m, uint first, uint end, uint passes, uint flags,
-                       __global const SlotHeader* slots, __global const SolverMass* masses, __global SolverBody* bodies,
-                       __global float* rows, __global float* tangent2, __global float* torsion) {
-  const uint blocks = (end - first) / BTGPU_WIDE, step = slotsAtOnce(passes);
-  if (blocks == 0) return 1;
-  const uint parts = clamp(blocks / PART_BLOCKS, 1u, (uint)TEAM_PARTS);
-  uint mine = 0;
-  beginRound(m, parts);
-  for (uint part = takePart(m, parts); part != NO_INDEX; part = takePart(m, parts)) {
-    const uint partEnd = first + CHUNK_BEGIN(blocks, part + 1, parts) * BTGPU_WIDE;
-    for (uint slot = first + CHUNK_BEGIN(blocks, part, parts) * BTGPU_WIDE; slot < partEnd; slot += step) {
-      solveSlots(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
-    }
-    ++mine;
-  }
-  return endRound(m, mine);
-}
-
-// The serial batch, slot by slot, all by one member.
-static int solveSerial(CHECKS Member* m, uint first, uint end, uint passes, uint flags,
-                       __global const SlotHeader* slots, __global const SolverMass* masses, __global SolverBody* bodies,
-                       __global float* rows, __global float* tangent2, __global float* torsion) {
-  if (first == end) return 1;
-  beginRound(m, 1);
-  const uint mine = takePart(m, 1) != NO_INDEX;
-  for (uint slot = first; mine && slot < end; ++slot) {
-    solveSlot(WITH_CHECKS slot, passes, flags, slots, masses, bodies, rows, tangent2, torsion);
-  }
-  return endRound(m, mine);
-}
 
 // `repeats` times the passes of `sequence`, the first one in its lowest PASS_BITS, each over all colours one after the
 // other and then the serial batch.
@@ -60,16 +26,9 @@ KERNEL solveInTeam(CHECKS uint repeats, uint sequence, __global const StepCounte
   ASSERT(m.rank < get_num_groups(0), m.rank, get_num_groups(0));
   ASSERT(colours <= COLOUR_LIMIT, colours, slotFirst[COLOUR_SERIAL]);
   int stays = 1;
-  for (uint repeat = 0; repeat < repeats; ++repeat) {
-    for (uint left = sequence; left != 0; left >>= PASS_BITS) {
-      const uint passes = left & ((1u << PASS_BITS) - 1);
-      for (uint colour = 0; colour < colours && stays; ++colour) {
-        stays = solveColour(WITH_CHECKS &m, slotFirst[colour], slotFirst[colour + 1], passes, flags, slots, masses,
-                            bodies, rows, tangent2, torsion);
-      }
-      stays = stays && solveSerial(WITH_CHECKS &m, slotFirst[COLOUR_SERIAL], slotFirst[COLOUR_SERIAL + 1], passes,
-                                   flags, slots, masses, bodies, rows, tangent2, torsion);
-    }
+  for (uint repeat = 0; repeat < repeats && stays; ++repeat) {
+    stays = solveSequence(WITH_CHECKS &m, sequence, colours, flags, slotFirst, slots, masses, bodies, rows, tangent2,
+                          torsion);
   }
   leaveTeam(&m);
 }
@@ -209,45 +168,6 @@ solveResident(CHECKS uint repeats, uint sequence, __global StepCounters* counter
 #endif
 
 // ---- joints
-
-// Bullet's resolveSingleConstraintRowGeneric: both limits, and the Jacobian of either body as the joint gives it.
-static float solveJointRow(JointRow row, JointEffect effect, float impulse, int sameBody, SlotBodies* s) {
-  const float speed = dot3(row.linearA, s->linearA) + dot3(row.angularA, s->angularA) + dot3(row.linearB, s->linearB) +
-                      dot3(row.angularB, s->angularB);
-  const float wanted = impulse + effect.rhs - impulse * row.angularA.w - speed * effect.jac;
-  const float clamped = wanted < row.linearB.w ? row.linearB.w : wanted > row.angularB.w ? row.angularB.w : wanted;
-  const float change = clamped - impulse;
-  s->linearA += scale3(massLinear(s->massA), row.linearA) * change;
-  s->angularA += massAngular(s->massA, row.angularA) * change;
-  if (sameBody) {
-    s->linearB = s->linearA;
-    s->angularB = s->angularA;
-  }
-  s->linearB += scale3(massLinear(s->massB), row.linearB) * change;
-  s->angularB += massAngular(s->massB, row.angularB) * change;
-  if (sameBody) {
-    s->linearA = s->linearB;
-    s->angularA = s->angularB;
-  }
-  return clamped;
-}
-
-static void solveJoint(CHECKS uint j, uint iteration, __global const Joint* joints, __global const JointRow* rows,
-                       __global const JointEffect* effects, __global const uint* jointSolved,
-                       __global const SolverMass* masses, __global SolverBody* bodies, __global float* impulses) {
-  const Joint joint = AT(joints, j);
-  if (!AT(jointSolved, j) || (int)iteration >= joint.iterations) return;
-  SlotHeader h;
-  h.bodyA = joint.bodyA;
-  h.bodyB = joint.bodyB;
-  h.manifold = h.pointCount = 0;
-  SlotBodies s = loadBodies(WITH_CHECKS h, bodies, masses);
-  for (uint r = joint.firstRow; r < joint.firstRow + joint.rowCount; ++r) {
-    if (AT(effects, r).jac == 0.0f) continue;
-    AT(impulses, r) = solveJointRow(AT(rows, r), AT(effects, r), AT(impulses, r), h.bodyA == h.bodyB, &s);
-  }
-  storeBodies(WITH_CHECKS h, &s, bodies);
-}
 
 // Solves the joints order[first ...] of one colour.
 KERNEL solveJointColour(CHECKS uint iteration, uint first, uint count, __global const StepCounters* counters,

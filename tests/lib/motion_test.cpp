@@ -43,7 +43,9 @@ void expectDampedAsStock(const BodyDamping& d, bool additional, float4 linear, f
   body->applyDamping(timeStep);
   const double linearTolerance = 6 * kRounding * length(toDouble(linear));
   const double angularTolerance = 6 * kRounding * length(toDouble(angular));
-  applyDamping(d, additional ? BODY_ADDITIONAL_DAMPING : 0u, timeStep, &linear, &angular);
+  DampingFactor linearFactor{0, 1}, angularFactor{0, 1};
+  applyDamping(d, additional ? BODY_ADDITIONAL_DAMPING : 0u, timeStep, &linearFactor, &angularFactor, &linear,
+               &angular);
   expectNear(linear, body->getLinearVelocity(), linearTolerance);
   expectNear(angular, body->getAngularVelocity(), angularTolerance);
 }
@@ -70,12 +72,28 @@ TEST(Motion, AdditionalDamping) {
   }
 }
 
+// Bodies one after the other, in turn of the same and of other damping than the one before.
+TEST(Motion, DampingFactorsAreThoseOfTheBody) {
+  DampingFactor linearFactor{0, 1}, angularFactor{0, 1};
+  const float dampings[] = {0.5f, 0.5f, 0, 0.25f, 0, 0, 0.25f, 1, 0.5f};
+  for (size_t i = 0; i + 1 < std::size(dampings); ++i) {
+    const BodyDamping d = defaultDamping(dampings[i], dampings[i + 1]);
+    DampingFactor own{0, 1}, ownAngular{0, 1};
+    float4 linear = F4(1, 2, 3, 0), angular = F4(4, 5, 6, 0), linearAlone = linear, angularAlone = angular;
+    applyDamping(d, 0, kTimeStep, &linearFactor, &angularFactor, &linear, &angular);
+    applyDamping(d, 0, kTimeStep, &own, &ownAngular, &linearAlone, &angularAlone);
+    EXPECT_EQ(linear.x, linearAlone.x) << i;
+    EXPECT_EQ(angular.x, angularAlone.x) << i;
+  }
+}
+
 TEST(Motion, AdditionalDampingNeedsTheFlag) {
   const BodyDamping d = defaultDamping(0.5f, 0.5f);
   float4 linear = F4(0.001f, 0, 0, 0), angular = linear;
-  applyDamping(d, ~BODY_ADDITIONAL_DAMPING, kTimeStep, &linear, &angular);
+  DampingFactor linearFactor{0, 1}, angularFactor{0, 1};
+  applyDamping(d, ~BODY_ADDITIONAL_DAMPING, kTimeStep, &linearFactor, &angularFactor, &linear, &angular);
   EXPECT_GT(linear.x, 0.0009f);
-  applyDamping(d, BODY_ADDITIONAL_DAMPING, kTimeStep, &linear, &angular);
+  applyDamping(d, BODY_ADDITIONAL_DAMPING, kTimeStep, &linearFactor, &angularFactor, &linear, &angular);
   EXPECT_EQ(linear.x, 0);
   EXPECT_EQ(angular.x, 0);
 }

@@ -232,5 +232,43 @@ TEST(JointColours, NoneAndRandom) {
   expectProperColours(scene.joints, 200, colourJoints(scene.joints, 200));
 }
 
+// Every joint with rows is in one lane of a block of its colour; those with most rows come first, and a block has room
+// for the rows of its first one.
+TEST(JointBlocks, HoldEachJointOnce) {
+  std::mt19937 random(5);
+  JointScene scene = randomJoints(random, std::vector<bool>(90, true), 150);
+  for (uint i = 1; i < 80; ++i) scene.add(0, i).rowCount = 3;  // a hub: the serial batch
+  const JointColours colours = colourJoints(scene.joints, 90);
+  const JointBlocks blocks = blocksOf(colours, scene.joints);
+  ASSERT_EQ(blocks.colours[0], colours.colourCount());
+  ASSERT_EQ(blocks.colours.size(), colours.colourCount() + 2u);
+  ASSERT_EQ(blocks.lanes.size(), JOINT_LANES * (blocks.rows.size() - 1));
+  ASSERT_LT(colours.serialFirst(), colours.order.size());
+  std::vector<uint> seen;
+  for (uint c = 0; c < colours.colourCount(); ++c) {
+    uint most = ~0u;
+    for (uint block = blocks.colours[c + 1]; block < blocks.colours[c + 2]; ++block) {
+      for (uint lane = 0; lane < JOINT_LANES; ++lane) {
+        const uint j = blocks.lanes[block * JOINT_LANES + lane];
+        if (j == NO_INDEX) continue;
+        const auto first = colours.order.begin() + colours.first[c],
+                   last = colours.order.begin() + colours.first[c + 1];
+        EXPECT_NE(std::find(first, last, j), last) << "joint " << j << " is of another colour than " << c;
+        EXPECT_LE(scene.joints[j].rowCount, most);
+        EXPECT_LE(scene.joints[j].rowCount, blocks.rows[block + 1] - blocks.rows[block]);
+        most = scene.joints[j].rowCount;
+        seen.push_back(j);
+      }
+    }
+  }
+  std::vector<uint> wanted;
+  for (uint i = 0; i < colours.serialFirst(); ++i) {
+    if (scene.joints[colours.order[i]].rowCount > 0) wanted.push_back(colours.order[i]);
+  }
+  std::sort(seen.begin(), seen.end());
+  std::sort(wanted.begin(), wanted.end());
+  EXPECT_EQ(seen, wanted);
+}
+
 }  // namespace
 }  // namespace btgpu

@@ -294,6 +294,54 @@ TEST_F(SolveVelocitiesTest, JointsWithContacts) {
   }
 }
 
+// Several blocks of several colours, lanes without a joint, joints of different numbers of rows side by side.
+TEST_F(SolveVelocitiesTest, JointsSideBySideSmall) {
+  std::mt19937 random(17);
+  ContactScene scene;
+  const int shape = scene.builder.sphere(0.5f);
+  for (uint i = 0; i < 60; ++i) {
+    const uint body = scene.builder.add(shape, uniform3(random, -9, 9), 1);
+    scene.builder.velocity(body) = {uniform3(random, -3, 3), uniform3(random, -3, 3)};
+  }
+  const JointScene joints = randomJoints(random, std::vector<bool>(60, true), 50);
+  expectAsReference(scene, joints, {3, 20});
+}
+
+// Limits and motors come into play and leave it: from step to step joints have other numbers of rows, or none.
+TEST_F(SolveVelocitiesTest, JointRowsComeAndGo) {
+  std::mt19937 random(18);
+  ContactScene scene;
+  const int shape = scene.builder.sphere(0.5f);
+  for (uint i = 0; i < 40; ++i) {
+    const uint body = scene.builder.add(shape, uniform3(random, -9, 9), 1);
+    scene.builder.velocity(body) = {uniform3(random, -3, 3), uniform3(random, -3, 3)};
+  }
+  const auto bench = benchForContacts(queue(), scene);
+  WorldInput input = scene.builder.finish();
+  for (auto* changed : {&input.infos.changed, &input.born}) changed->clear();
+  for (const uint most : {2u, 6u, 0u, 1u, 6u}) {
+    SCOPED_TRACE(most);
+    JointScene joints;
+    for (uint i = 0; i + 1 < 40; ++i) {
+      joints.add(i, i + 1);
+      for (uint r = most > 0 ? random() % (most + 1) : 0; r > 0; --r) joints.addRandomRow(random);
+    }
+    bench->run<PrepareContacts>();
+    const WorldInput withJoints = joints.addTo(input);  // read until the queue has come so far
+    bench->world().upload(queue(), withJoints);
+    queue().finish();
+    bench->run<PrepareJoints>();
+    bench->write(bench->world().jointSolved, std::vector<uint>(joints.joints.size(), 1));
+    const SolveReference before = read(*bench, scene);
+    bench->run<SolveVelocities>(scene.settings, scene.torsionRows);
+    Contract contract("70_solve_velocities");
+    checkSolvedVelocities(contract, bench->params(), scene.settings.iterations, readSlots(*bench),
+                          bench->read(bench->world().solverMasses, bench->world().bodyCount), before,
+                          read(*bench, scene));
+    EXPECT_TRUE(contract.ok()) << contract.text();
+  }
+}
+
 // A hub with 70 joints: what finds no colour is solved one after the other.
 TEST_F(SolveVelocitiesTest, JointHubSerial) {
   std::mt19937 random(8);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "tests/support/joints.h"
 #include "tests/support/world_of.h"
@@ -211,6 +212,88 @@ TEST(ReadJoints, QuarantinedBody) {
 }
 
 // ---- back
+
+// 60 joints of each kind between bodies in a row, so that neighbours share bodies, which are damped, each its own way.
+struct ManyJoints {
+  // `twice`: the first joint is in the world twice, and so all are read one after the other.
+  explicit ManyJoints(bool twice) {
+    btCollisionShape* shape = w.objects.sphere(scalar(0.4));
+    const std::vector<JointKind> kinds = jointKinds();
+    const std::size_t count = 60 * kinds.size();
+    for (std::size_t i = 0; i <= count; ++i) {
+      btRigidBody* body = w.objects.add(1, shape, vector(double(i), 0.1 * double(i % 7), 0));
+      body->setLinearVelocity(vector(0.3, double(i % 5), -1));
+      body->setAngularVelocity(vector(double(i % 3), 1, 0.5));
+      body->setDamping(scalar(0.01 * double(i % 4)), scalar(0.1 * double(i % 3)));
+      bodies.push_back(body);
+    }
+    for (std::size_t i = 0; i < count; ++i) kinds[i % kinds.size()].make(w.objects, *bodies[i], *bodies[i + 1]);
+    if (twice) w.world.addConstraint(w.world.getConstraint(0));
+    reader.read(w.world, missing, notes);
+    joints.read(w.world, scalar(kStep), reader, missing);
+    EXPECT_TRUE(missing.empty());
+  }
+  WorldOf<btDiscreteDynamicsWorld> w;
+  std::vector<btRigidBody*> bodies;
+  WorldReader reader;
+  JointReader joints;
+  FallbackList missing, notes;
+  ~ManyJoints() {
+    if (!joints.areDistinct()) w.world.removeConstraint(w.world.getConstraint(0));
+  }
+};
+
+TEST(ReadJoints, SeveralAtOnceAreAsOneByOne) {
+  ManyJoints atOnce(false), inTurn(true);
+  const WorldInput &a = atOnce.reader.input(), &b = inTurn.reader.input();
+  ASSERT_EQ(a.joints.size() + 1, b.joints.size());
+  ASSERT_EQ(a.jointRows.size() + a.joints[0].rowCount, b.jointRows.size());
+  EXPECT_TRUE(atOnce.joints.areDistinct());
+  EXPECT_FALSE(inTurn.joints.areDistinct());
+  EXPECT_EQ(std::memcmp(a.joints.data(), b.joints.data(), a.joints.size() * sizeof(Joint)), 0);
+  EXPECT_EQ(std::memcmp(a.jointRows.data(), b.jointRows.data(), a.jointRows.size() * sizeof(JointRow)), 0);
+  for (std::size_t i = 0; i < atOnce.bodies.size(); ++i) {
+    EXPECT_EQ(atOnce.bodies[i]->getLinearVelocity(), vector(0.3, double(i % 5), -1)) << "damped only for the rows";
+  }
+}
+
+// A joint that is in the world twice is not read by two threads, and is written back.
+TEST(ReadJoints, TwiceInTheWorld) {
+  ReadPair r(jointKinds().front().make);
+  r.read();
+  EXPECT_TRUE(r.joints.areDistinct());
+  r.w.world.addConstraint(r.joint);
+  EXPECT_EQ(r.read().joints.size(), 2u);
+  EXPECT_FALSE(r.joints.areDistinct());
+  r.w.world.removeConstraint(r.joint);
+}
+
+// Of many joints, those that report to the same place do so in their order, the last one's stays.
+TEST(WriteBackJoints, SharedFeedback) {
+  ManyJoints many(false);
+  btJointFeedback shared;
+  const std::size_t count = many.joints.constraints().size();
+  for (const std::size_t i : {std::size_t{1}, count / 2, count - 1}) {
+    many.joints.constraints()[i]->setJointFeedback(&shared);
+    many.joints.constraints()[i]->enableFeedback(true);
+  }
+  const WorldInput& input = many.reader.input();
+  StepResults results;
+  results.jointSolved.assign(count, 1);
+  for (std::size_t k = 0; k < input.jointRows.size(); ++k) results.jointImpulses.push_back(float(k % 100) * 0.01f);
+  writeBackJoints(many.w.world, many.joints, input, results, scalar(kStep));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Joint& joint = input.joints[i];
+    const float last = joint.rowCount > 0 ? results.jointImpulses[joint.firstRow + joint.rowCount - 1] : 0;
+    EXPECT_EQ(many.joints.constraints()[i]->internalGetAppliedImpulse(), btScalar(last)) << i;
+  }
+  const Joint& end = input.joints[count - 1];
+  btVector3 force(0, 0, 0);
+  for (uint r = end.firstRow; r < end.firstRow + end.rowCount; ++r) {
+    force += toBullet(input.jointRows[r].linearA) * (btScalar(results.jointImpulses[r]) / scalar(kStep));
+  }
+  EXPECT_LE((shared.m_appliedForceBodyA - force).length(), scalar(1e-5) * (1 + force.length()));
+}
 
 TEST(WriteBackJoints, ImpulsesFeedbackAndBreaking) {
   ReadPair pair(ball().make);
