@@ -100,6 +100,20 @@ void releaseStockManifolds(btCollisionWorld& world, const WorldState& state) {
   }
 }
 
+// What the chosen solver has no rows for.
+void checkSolverChoice(const WorldState& state, const btContactSolverInfo& info, FallbackList& missing) {
+  const Solver solver = solverOf(state.settings);
+  if (solver == Solver::Parity) return;
+  if (solver == Solver::MassSplitting && info.m_leastSquaresResidualThreshold != btScalar(0)) {
+    missing.add("m_leastSquaresResidualThreshold", "iterations can't end early with mass splitting");
+  }
+  const auto& infos = state.reader.input().infos.values;
+  const auto isAnchored = [](const BodyInfo& body) { return (body.flags & BODY_FRICTION_ANCHOR) != 0; };
+  if (solver == Solver::Fast && std::any_of(infos.begin(), infos.end(), isAnchored)) {
+    missing.add("friction anchor", "not in the fast mode");
+  }
+}
+
 // What of a device step ran on the CPU.
 void reportShares(WorldState& state, int actions) {
   state.fallbacks.addStep(state.reader.hostShares());
@@ -362,6 +376,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   // Where there is no device, the world need not be read to know it.
   if (missing.empty() && !m_state->engineError.empty()) missing.add("device", m_state->engineError);
   if (missing.empty()) m_state->reader.read(m_world, missing, m_state->fallbacks);
+  if (missing.empty()) checkSolverChoice(*m_state, m_world.getSolverInfo(), missing);
   if (missing.empty() && !engineOf(*m_state)) missing.add("device", m_state->engineError);
   if (missing.empty() && (m_state->reader.hostBodiesChanged() || !m_state->reader.hostShares().empty()))
     catchUpContacts();
@@ -432,7 +447,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
     m_state->fallbacks.addStep(missing);
     return false;
   }
-  m_state->hostContacts.writeBack(m_state->results);
+  m_state->hostContacts.writeBack(input, m_state->results);
   if (contacts && last) {
     m_state->contacts.write(m_world, m_state->reader, m_state->results, m_state->hostContacts.manifoldCount(),
                             !m_state->settings.m_hostQueries);
@@ -481,7 +496,8 @@ bool WorldStep::findHostContacts(btScalar timeStep, bool hostPairsDone, Fallback
     predictContacts(timeStep);
     m_state->hostContacts.add(m_predictive, m_state->reader);
   }
-  m_state->hostContacts.fill(input, m_state->reader, missing);
+  const bool fast = solverOf(m_state->settings) == Solver::Fast;
+  m_state->hostContacts.fill(input, m_state->reader, m_world.getSolverInfo().m_solverMode, fast, missing);
   if (input.onlyListedPairs) m_state->pairFilter.listPairs(m_world, m_state->reader);
   return true;
 }

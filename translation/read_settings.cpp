@@ -21,6 +21,9 @@ StepSettings readSettings(btDiscreteDynamicsWorld& world, btScalar timeStep) {
   s.warmStartingFactor = f(info.m_warmstartingFactor);
   s.restitutionVelocityThreshold = f(info.m_restitutionVelocityThreshold);
   s.maxGyroscopicForce = f(info.m_maxGyroscopicForce);
+  s.frictionErp = f(info.m_frictionERP);
+  s.residualThreshold = f(info.m_leastSquaresResidualThreshold);
+  s.oneIsland = !world.getSimulationIslandManager()->getSplitIslands();
   s.warmStarting = mode(SOLVER_USE_WARMSTARTING);
   s.twoFrictionDirections = mode(SOLVER_USE_2_FRICTION_DIRECTIONS);
   s.frictionDirectionCaching = mode(SOLVER_ENABLE_FRICTION_DIRECTION_CACHING);

@@ -191,8 +191,6 @@ bool checkObject(const btCollisionObject& object, FallbackList& missing) {
   } else if (!object.getCollisionShape() || !object.getBroadphaseHandle()) {
     what = "collision object without shape or broadphase proxy";
     reason = "the stock path decides what to do with it";
-  } else if (object.getCollisionFlags() & btCollisionObject::CF_HAS_FRICTION_ANCHOR) {
-    what = "friction anchor";
   }
   if (what) missing.add(what, reason);
   return what == nullptr;

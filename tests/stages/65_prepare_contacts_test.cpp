@@ -425,7 +425,7 @@ class PrepareAsBullet : public PrepareContactsTest {
     put(out.rows, SLOT_FIELDS, first + ROW_TANGENT1_RHS, t1.m_rhs);
     const btManifoldPoint& cp = bullet.point(manifold, static_cast<int>(k));
     ContactPoint& p = out.manifolds[manifold].points[k];
-    p.flags = cp.m_contactPointFlags;
+    p.flags = cp.m_contactPointFlags | (p.flags & POINT_MOTION);
     for (int i = 0; i < 3; ++i) {
       put(out.rows, SLOT_FIELDS, first + ROW_TANGENT1 + static_cast<size_t>(i), cp.m_lateralFrictionDir1[i]);
     }
