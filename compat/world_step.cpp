@@ -13,6 +13,7 @@
 
 #include "../translation/contacts.h"
 #include "../translation/damped_bodies.h"
+#include "../translation/island_tags.h"
 #include "../translation/read_settings.h"
 #include "../translation/support_check.h"
 #include "../translation/virtual_table.h"
@@ -101,17 +102,11 @@ void releaseStockManifolds(btCollisionWorld& world, const WorldState& state) {
 }
 
 // What the chosen solver has no rows for.
-void checkSolverChoice(const WorldState& state, const btContactSolverInfo& info, FallbackList& missing) {
-  const Solver solver = solverOf(state.settings);
-  if (solver == Solver::Parity) return;
-  if (solver == Solver::MassSplitting && info.m_leastSquaresResidualThreshold != btScalar(0)) {
-    missing.add("m_leastSquaresResidualThreshold", "iterations can't end early with mass splitting");
-  }
+void checkSolverChoice(const WorldState& state, FallbackList& missing) {
+  if (solverOf(state.settings) != Solver::Fast) return;
   const auto& infos = state.reader.input().infos.values;
   const auto isAnchored = [](const BodyInfo& body) { return (body.flags & BODY_FRICTION_ANCHOR) != 0; };
-  if (solver == Solver::Fast && std::any_of(infos.begin(), infos.end(), isAnchored)) {
-    missing.add("friction anchor", "not in the fast mode");
-  }
+  if (std::any_of(infos.begin(), infos.end(), isAnchored)) missing.add("friction anchor", "not in the fast mode");
 }
 
 // What of a device step ran on the CPU.
@@ -376,7 +371,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   // Where there is no device, the world need not be read to know it.
   if (missing.empty() && !m_state->engineError.empty()) missing.add("device", m_state->engineError);
   if (missing.empty()) m_state->reader.read(m_world, missing, m_state->fallbacks);
-  if (missing.empty()) checkSolverChoice(*m_state, m_world.getSolverInfo(), missing);
+  if (missing.empty()) checkSolverChoice(*m_state, missing);
   if (missing.empty() && !engineOf(*m_state)) missing.add("device", m_state->engineError);
   if (missing.empty() && (m_state->reader.hostBodiesChanged() || !m_state->reader.hostShares().empty()))
     catchUpContacts();
@@ -408,6 +403,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   const std::shared_ptr<CrossCheck> check = crossCheckOf(*m_state);
   const bool checked = check && check->isDue();
   settings.keepContacts = m_state->settings.m_keepContacts || checked;
+  settings.islandRoots = m_state->settings.m_islandTags;
   if (!hostPairsDone && mayBatchSubsteps()) settings.substepsToFollow = m_state->substeps.toFollow();
   const bool last = settings.substepsToFollow == 0;
   m_world.getSolverInfo().m_timeStep = timeStep;
@@ -457,6 +453,9 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   writeBackJoints(m_world, m_state->joints, input, m_state->results, timeStep);
   const bool unchanged = input.unchanged() && input.hostManifolds.empty();
   const bool wrote = writeBackBodies(timeStep);
+  if (m_state->settings.m_islandTags) {
+    writeIslandTags(m_world.getCollisionObjectArray(), m_state->reader, m_state->results);
+  }
   m_state->reader.acceptResults(m_state->results);
   keepStatistics(*m_state);
   reportShares(*m_state, m_actions.size());
@@ -488,8 +487,9 @@ bool WorldStep::findHostContacts(btScalar timeStep, bool hostPairsDone, Fallback
   if (!hostPairsDone) updateHostBroadphase(timeStep);
   const Zone zone("hostContacts");
   if (contacts) m_state->hostContacts.find(m_world, m_state->reader);
-  // The callback may have changed bodies.
-  if (contacts && (gContactAddedCallback || gContactProcessedCallback)) {
+  // A callback may have changed bodies.
+  const auto& dispatcher = static_cast<const btCollisionDispatcher&>(*m_world.getDispatcher());
+  if (contacts && (gContactAddedCallback || globalContactCallback(dispatcher))) {
     m_state->reader.read(m_world, missing, m_state->fallbacks);
   }
   if (swept) {

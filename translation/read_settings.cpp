@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "read_settings.h"
 
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+
 BTGPU_TRANSLATION_BEGIN
 
 StepSettings readSettings(btDiscreteDynamicsWorld& world, btScalar timeStep) {
@@ -22,7 +24,6 @@ StepSettings readSettings(btDiscreteDynamicsWorld& world, btScalar timeStep) {
   s.restitutionVelocityThreshold = f(info.m_restitutionVelocityThreshold);
   s.maxGyroscopicForce = f(info.m_maxGyroscopicForce);
   s.frictionErp = f(info.m_frictionERP);
-  s.residualThreshold = f(info.m_leastSquaresResidualThreshold);
   s.oneIsland = !world.getSimulationIslandManager()->getSplitIslands();
   s.warmStarting = mode(SOLVER_USE_WARMSTARTING);
   s.twoFrictionDirections = mode(SOLVER_USE_2_FRICTION_DIRECTIONS);

@@ -83,7 +83,7 @@ STRUCT(WidePoint) {
   LaneMask soft, unusual;
 };
 
-#define UNUSUAL_POINT (POINT_CFM | POINT_ERP | POINT_FRICTION_ANCHOR)
+#define UNUSUAL_POINT (POINT_CFM | POINT_ERP | POINT_FRICTION_ANCHOR | POINT_MOTION)
 
 WIDE void loadPointWide(__global const ContactPoint* first, const uint* manifold, WidePoint* p) {
   p->localA = gatherWide(&first->localPointA, MANIFOLD_STRIDE, manifold);

@@ -242,10 +242,16 @@ static uint groupSum(uint value, __local uint* scratch) {
 }
 #endif
 
+// Whether the body is in an island that is solved.
+static int isInSolved(CHECKS uint body, uint kind, __global const uint* roots, __global const uint* islandFlags) {
+  return (kind & KIND_MEMBER) && (AT(islandFlags, AT(roots, body)) & ISLAND_SOLVED);
+}
+
 // solved[i]: the solver writes this body's velocity back, since its island is solved; bodies outside islands are marked
 // along with what moves them.
 // flags[i] = 1 for the manifolds that the solver gets: with points, with response, not between sleeping bodies,
-// in an island that is solved, and with a body that can move. chunkSums[g]: how many there are in chunk g.
+// in an island that is solved, and with a body that can move. Where islands are not split Bullet's solver gets all
+// manifolds that there are; here not those of sleepers, of which nothing moves there either. chunkSums[g]: how many there are in chunk g.
 KERNEL selectManifolds(CHECKS uint capacity, uint bodyCount, __global StepCounters* counters,
                        __global const StepParams* params, __global const Manifold* manifolds,
                        __global const uint* kinds, __global const uint* roots, __global const uint* islandFlags,
@@ -255,15 +261,21 @@ KERNEL selectManifolds(CHECKS uint capacity, uint bodyCount, __global StepCounte
   FOR_EACH(i, bodyCount) {
     if ((kinds[i] & KIND_MEMBER) && (AT(islandFlags, roots[i]) & ISLAND_SOLVED)) solved[i] = 1;
   }
+  const int oneIsland = (params->flags & STEP_ONE_ISLAND) != 0;
   uint points = 0, count = 0;
   FOR_CHUNK(i, min(capacity, counters->pairCount + params->hostManifoldCount)) {
     const uint a = AT(manifolds, i).bodyA, b = AT(manifolds, i).bodyB;
     const uint kindA = AT(kinds, a), kindB = AT(kinds, b);
     const uint member = (kindA & KIND_MEMBER) ? a : b;
     points += manifolds[i].pointCount;
-    const int selected = manifolds[i].pointCount > 0 && !((kindA | kindB) & KIND_NO_RESPONSE) &&
-                         ((kindA | kindB) & KIND_MEMBER) && !(kindA & kindB & KIND_SLEEPS) &&
-                         (AT(islandFlags, AT(roots, member)) & ISLAND_SOLVED) && ((kindA | kindB) & KIND_MOVES);
+    int selected = manifolds[i].pointCount > 0 && (oneIsland || !((kindA | kindB) & KIND_NO_RESPONSE)) &&
+                   ((kindA | kindB) & KIND_MEMBER) && !(kindA & kindB & KIND_SLEEPS) &&
+                   (AT(islandFlags, AT(roots, member)) & ISLAND_SOLVED) && ((kindA | kindB) & KIND_MOVES);
+    // One that sleeps beside one without response, which joins no island by contacts.
+    if (oneIsland && !selected) {
+      selected = manifolds[i].pointCount > 0 && ((kindA | kindB) & KIND_MOVES) &&
+                 isInSolved(WITH_CHECKS b, kindB, roots, islandFlags);
+    }
     AT(flags, i) = selected ? 1u : 0u;
     if (!selected) continue;
     ++count;

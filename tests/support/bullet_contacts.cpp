@@ -22,7 +22,6 @@ btContactSolverInfo infoOf(const StepSettings& s) {
   info.m_restitutionVelocityThreshold = s.restitutionVelocityThreshold;
   info.m_maxGyroscopicForce = s.maxGyroscopicForce;
   info.m_frictionERP = s.frictionErp;
-  info.m_leastSquaresResidualThreshold = s.residualThreshold;
   info.m_solverMode = (s.warmStarting ? SOLVER_USE_WARMSTARTING : 0) |
                       (s.twoFrictionDirections ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
                       (s.frictionDirectionCaching ? SOLVER_ENABLE_FRICTION_DIRECTION_CACHING : 0) |
