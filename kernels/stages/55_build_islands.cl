@@ -269,13 +269,10 @@ KERNEL selectManifolds(CHECKS uint capacity, uint bodyCount, __global StepCounte
     const uint member = (kindA & KIND_MEMBER) ? a : b;
     points += manifolds[i].pointCount;
     int selected = manifolds[i].pointCount > 0 && (oneIsland || !((kindA | kindB) & KIND_NO_RESPONSE)) &&
-                   ((kindA | kindB) & KIND_MEMBER) && !(kindA & kindB & KIND_SLEEPS) &&
-                   (AT(islandFlags, AT(roots, member)) & ISLAND_SOLVED) && ((kindA | kindB) & KIND_MOVES);
-    // One that sleeps beside one without response, which joins no island by contacts.
-    if (oneIsland && !selected) {
-      selected = manifolds[i].pointCount > 0 && ((kindA | kindB) & KIND_MOVES) &&
-                 isInSolved(WITH_CHECKS b, kindB, roots, islandFlags);
-    }
+                   ((kindA | kindB) & KIND_MEMBER) && !(kindA & kindB & KIND_SLEEPS) && ((kindA | kindB) & KIND_MOVES);
+    // One body without response, which joins no island by contacts, may be awake while the other one sleeps.
+    selected = selected && (isInSolved(WITH_CHECKS member, kindA | kindB, roots, islandFlags) ||
+                            (oneIsland && isInSolved(WITH_CHECKS b, kindB, roots, islandFlags)));
     AT(flags, i) = selected ? 1u : 0u;
     if (!selected) continue;
     ++count;
