@@ -274,12 +274,15 @@ INSTANTIATE_TEST_SUITE_P(Objects, Fallback, testing::ValuesIn(kObjects), nameOf)
 TEST(FallbackReport, NamesAllCauses) {
   const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
   gpu->addObject(btCollisionObject::CO_FEATHERSTONE_LINK);
-  setMode(*gpu, SOLVER_RANDMIZE_ORDER, true);
+  OwnObject own(btCollisionObject::CO_USER_TYPE);
+  own.setCollisionShape(gpu->bodies[3]->getCollisionShape());
+  gpu->world->addCollisionObject(&own, 0, 0);
   gpu->step(2);
   EXPECT_EQ(reported(gpu->gpu(), "multibody link").m_count, 2u);
-  EXPECT_EQ(reported(gpu->gpu(), "SOLVER_RANDMIZE_ORDER").m_count, 2u);
+  EXPECT_EQ(reported(gpu->gpu(), "collision object of the application's own type").m_count, 2u);
   EXPECT_EQ(gpu->gpu().fallbackReport().size(), 2u) << reportText(gpu->gpu());
   EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, 2u);
+  gpu->world->removeCollisionObject(&own);
 }
 
 // Many objects with one cause are counted once a step.
