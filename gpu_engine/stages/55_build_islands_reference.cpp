@@ -133,7 +133,8 @@ IslandsReference buildIslandsReference(const StepParams& params, const std::vect
                                        const std::vector<BodyActivation>& activations, const std::vector<Pair>& pairs,
                                        const std::vector<Manifold>& manifolds, const std::vector<Joint>& joints) {
   IslandsReference out;
-  out.roots = allStayAwake(infos, activations) ? findRoots(infos, {}, {}) : findRoots(infos, pairs, joints);
+  const bool asked = (params.flags & STEP_ISLAND_ROOTS) != 0;
+  out.roots = !asked && allStayAwake(infos, activations) ? findRoots(infos, {}, {}) : findRoots(infos, pairs, joints);
   out.activations = activations;
   decideSleep(infos, out.roots, out.activations);
   wake(params, infos, pairs, manifolds, out.activations);

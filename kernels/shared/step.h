@@ -23,6 +23,7 @@ BTGPU_BEGIN
 #define STEP_CONTACTS_UNSEEN 0x1000u      // the host was not sent the contacts of the step before
 #define STEP_SUBSTEPS 0x2000u             // fast mode: the solver has moved the bodies as well
 #define STEP_ONE_ISLAND 0x4000u           // not btSimulationIslandManager::getSplitIslands: all contacts are solved
+#define STEP_ISLAND_ROOTS 0x8000u         // the host wants to know the islands, also where the step does not
 
 STRUCT(StepParams) {
   float timeStep;

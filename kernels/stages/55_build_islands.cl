@@ -122,7 +122,7 @@ KERNEL islandUnite(CHECKS uint pairCapacity, uint turn, __global const StepCount
                    __global const BodyInfo* infos, __global const uint* kinds, __global const uint* restless,
                    volatile __global uint* parents, volatile __global uint* wake) {
   RETURN_ON_OVERFLOW(counters);
-  const uint somebody = restless[turn];
+  const uint somebody = restless[turn] | (params->flags & STEP_ISLAND_ROOTS ? SOMEBODY_RESTS : 0u);
   if (!somebody) return;
   const int byContact = (params->flags & STEP_WAKE_BY_CONTACT) != 0;
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
@@ -152,9 +152,10 @@ KERNEL islandUnite(CHECKS uint pairCapacity, uint turn, __global const StepCount
 
 // Enabled joints unite islands as pairs do, but also those of bodies without contact response.
 KERNEL islandUniteJoints(CHECKS uint jointCount, uint turn, __global const StepCounters* counters,
-                         __global const Joint* joints, __global const uint* restless, volatile __global uint* parents) {
+                         __global const StepParams* params, __global const Joint* joints,
+                         __global const uint* restless, volatile __global uint* parents) {
   RETURN_ON_OVERFLOW(counters);
-  if (!(restless[turn] & SOMEBODY_RESTS)) return;
+  if (!(restless[turn] & SOMEBODY_RESTS) && !(params->flags & STEP_ISLAND_ROOTS)) return;
   FOR_EACH(i, jointCount) {
     const Joint joint = joints[i];
     if (joint.enabled && joint.islandA != NO_INDEX && joint.islandB != NO_INDEX) {

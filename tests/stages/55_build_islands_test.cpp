@@ -460,6 +460,7 @@ TEST_F(BuildIslandsTest, RandomSmall) {
   for (unsigned seed = 0; seed < 4; ++seed) {
     IslandScene scene = randomScene(61, 0.7, seed);
     scene.settings.oneIsland = seed % 2 == 1;
+    scene.settings.islandRoots = seed > 1;
     expectAsReference(scene);
   }
 }
