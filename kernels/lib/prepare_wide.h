@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Stage 65's rows of BTGPU_WIDE slots at once, for the usual settings: one friction direction, along the slip, nothing
-// cached, no torsional rows, no anisotropic friction, no point with something of its own. The same as prepareSlot, slot by slot (65_prepare_contacts.cl).
+// cached, no torsional rows, no anisotropic friction, no point with something of its own. The same as prepareSlot, slot
+// by slot (65_prepare_contacts.cl).
 // OpenCL C only.
 #ifndef BTGPU_LIB_PREPARE_WIDE_H
 #define BTGPU_LIB_PREPARE_WIDE_H
@@ -194,8 +195,8 @@ WIDE int canPrepareWide(uint stepFlags) {
   return !(stepFlags & (STEP_TWO_FRICTION | STEP_FRICTION_CACHING | STEP_NO_VELOCITY_FRICTION | STEP_TORSION));
 }
 
-// False if a body is anisotropic or a point unusual; the block's slots then have to be prepared one by one, as if nothing
-// had been done. `slots` and `rows` are those of the block's first slot.
+// False if a body is anisotropic or a point unusual; the block's slots then have to be prepared one by one, as if
+// nothing had been done. `slots` and `rows` are those of the block's first slot.
 WIDE int prepareWide(StepParams s, __global const SlotHeader* slots, __global const BodyInfo* infos,
                      __global const BodyPose* poses, __global const BodyStep* steps, __global const BodyMass* masses,
                      __global Manifold* manifolds, __global float* rows) {

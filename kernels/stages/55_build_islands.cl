@@ -252,7 +252,8 @@ static int isInSolved(CHECKS uint body, uint kind, __global const uint* roots, _
 // along with what moves them.
 // flags[i] = 1 for the manifolds that the solver gets: with points, with response, not between sleeping bodies,
 // in an island that is solved, and with a body that can move. Where islands are not split Bullet's solver gets all
-// manifolds that there are; here not those of sleepers, of which nothing moves there either. chunkSums[g]: how many there are in chunk g.
+// manifolds that there are; here not those of sleepers, of which nothing moves there either.
+// chunkSums[g]: how many there are in chunk g.
 KERNEL selectManifolds(CHECKS uint capacity, uint bodyCount, __global StepCounters* counters,
                        __global const StepParams* params, __global const Manifold* manifolds,
                        __global const uint* kinds, __global const uint* roots, __global const uint* islandFlags,
