@@ -306,6 +306,7 @@ StepSettings WorldStep::settingsOf(btScalar timeStep) const {
   settings.contacts = m_state->settings.m_contacts;
   settings.allContacts = m_state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
+  settings.islandRoots = m_state->settings.m_islandTags;
   return settings;
 }
 
@@ -314,8 +315,10 @@ StepSettings WorldStep::settingsOf(btScalar timeStep) const {
 bool WorldStep::staysAtRest(const StepSettings& settings) {
   if (!m_state->rest.isSettled()) return false;
   // Which pairs are the host's may have changed.
+  const auto& dispatcher = static_cast<const btCollisionDispatcher&>(*m_world.getDispatcher());
   const bool sameCallbacks =
-      m_state->restCallback == globalContactCallback() && m_state->restAddedCallback == gContactAddedCallback &&
+      m_state->restCallback == globalContactCallback(dispatcher) &&
+      m_state->restAddedCallback == gContactAddedCallback &&
       m_state->reader.input().onlyListedPairs == (m_world.getPairCache()->getOverlapFilterCallback() != nullptr);
   if (!(settings == m_state->restSettings) || !sameCallbacks) {
     m_state->rest.forget();
@@ -336,7 +339,7 @@ void WorldStep::watchRest(const StepSettings& settings, bool still) {
   if (!rest.isDue()) return;
   rest.settle(m_world.getCollisionObjectArray(), m_bodies, m_constraints, m_state->reader);
   m_state->restSettings = settings;
-  m_state->restCallback = globalContactCallback();
+  m_state->restCallback = globalContactCallback(static_cast<const btCollisionDispatcher&>(*m_world.getDispatcher()));
   m_state->restAddedCallback = gContactAddedCallback;
 }
 
@@ -403,7 +406,6 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   const std::shared_ptr<CrossCheck> check = crossCheckOf(*m_state);
   const bool checked = check && check->isDue();
   settings.keepContacts = m_state->settings.m_keepContacts || checked;
-  settings.islandRoots = m_state->settings.m_islandTags;
   if (!hostPairsDone && mayBatchSubsteps()) settings.substepsToFollow = m_state->substeps.toFollow();
   const bool last = settings.substepsToFollow == 0;
   m_world.getSolverInfo().m_timeStep = timeStep;
