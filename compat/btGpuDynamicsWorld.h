@@ -161,6 +161,10 @@ struct btGpuSettings {
   std::string m_profileFile;
   /// Keeps each step's contacts for comparison (btgpu compare); slows the step.
   bool m_keepContacts = false;
+
+  /// Write island tags and companion ids (btCollisionObject::getIslandTag, getCompanionId) after each step, as stock
+  /// does. Off by default: it takes a look at every object, and nobody but Bullet's own solver is known to read them.
+  bool m_islandTags = false;
   /// Numbers or names of stages, "30,70" (docs/bisect.md): their references run on the host in their place. Empty: the
   /// environment variable BTGPU_HOST_STAGES.
   std::string m_hostStages;

@@ -13,6 +13,7 @@
 
 #include "../translation/contacts.h"
 #include "../translation/damped_bodies.h"
+#include "../translation/island_tags.h"
 #include "../translation/read_settings.h"
 #include "../translation/support_check.h"
 #include "../translation/virtual_table.h"
@@ -98,6 +99,14 @@ void releaseStockManifolds(btCollisionWorld& world, const WorldState& state) {
     if (!collidesOnHost(state.reader, slotsOf(state.reader, pairs[i])))
       cache.cleanOverlappingPair(pairs[i], world.getDispatcher());
   }
+}
+
+// What the chosen solver has no rows for.
+void checkSolverChoice(const WorldState& state, FallbackList& missing) {
+  if (solverOf(state.settings) != Solver::Fast) return;
+  const auto& infos = state.reader.input().infos.values;
+  const auto isAnchored = [](const BodyInfo& body) { return (body.flags & BODY_FRICTION_ANCHOR) != 0; };
+  if (std::any_of(infos.begin(), infos.end(), isAnchored)) missing.add("friction anchor", "not in the fast mode");
 }
 
 // What of a device step ran on the CPU.
@@ -297,6 +306,7 @@ StepSettings WorldStep::settingsOf(btScalar timeStep) const {
   settings.contacts = m_state->settings.m_contacts;
   settings.allContacts = m_state->contacts.isFresh();
   settings.hostActivation = m_actions.size() > 0;
+  settings.islandRoots = m_state->settings.m_islandTags;
   return settings;
 }
 
@@ -305,8 +315,10 @@ StepSettings WorldStep::settingsOf(btScalar timeStep) const {
 bool WorldStep::staysAtRest(const StepSettings& settings) {
   if (!m_state->rest.isSettled()) return false;
   // Which pairs are the host's may have changed.
+  const auto& dispatcher = static_cast<const btCollisionDispatcher&>(*m_world.getDispatcher());
   const bool sameCallbacks =
-      m_state->restCallback == globalContactCallback() && m_state->restAddedCallback == gContactAddedCallback &&
+      m_state->restCallback == globalContactCallback(dispatcher) &&
+      m_state->restAddedCallback == gContactAddedCallback &&
       m_state->reader.input().onlyListedPairs == (m_world.getPairCache()->getOverlapFilterCallback() != nullptr);
   if (!(settings == m_state->restSettings) || !sameCallbacks) {
     m_state->rest.forget();
@@ -327,7 +339,7 @@ void WorldStep::watchRest(const StepSettings& settings, bool still) {
   if (!rest.isDue()) return;
   rest.settle(m_world.getCollisionObjectArray(), m_bodies, m_constraints, m_state->reader);
   m_state->restSettings = settings;
-  m_state->restCallback = globalContactCallback();
+  m_state->restCallback = globalContactCallback(static_cast<const btCollisionDispatcher&>(*m_world.getDispatcher()));
   m_state->restAddedCallback = gContactAddedCallback;
 }
 
@@ -362,6 +374,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   // Where there is no device, the world need not be read to know it.
   if (missing.empty() && !m_state->engineError.empty()) missing.add("device", m_state->engineError);
   if (missing.empty()) m_state->reader.read(m_world, missing, m_state->fallbacks);
+  if (missing.empty()) checkSolverChoice(*m_state, missing);
   if (missing.empty() && !engineOf(*m_state)) missing.add("device", m_state->engineError);
   if (missing.empty() && (m_state->reader.hostBodiesChanged() || !m_state->reader.hostShares().empty()))
     catchUpContacts();
@@ -432,7 +445,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
     m_state->fallbacks.addStep(missing);
     return false;
   }
-  m_state->hostContacts.writeBack(m_state->results);
+  m_state->hostContacts.writeBack(input, m_state->results);
   if (contacts && last) {
     m_state->contacts.write(m_world, m_state->reader, m_state->results, m_state->hostContacts.manifoldCount(),
                             !m_state->settings.m_hostQueries);
@@ -442,6 +455,9 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   writeBackJoints(m_world, m_state->joints, input, m_state->results, timeStep);
   const bool unchanged = input.unchanged() && input.hostManifolds.empty();
   const bool wrote = writeBackBodies(timeStep);
+  if (m_state->settings.m_islandTags) {
+    writeIslandTags(m_world.getCollisionObjectArray(), m_state->reader, m_state->results);
+  }
   m_state->reader.acceptResults(m_state->results);
   keepStatistics(*m_state);
   reportShares(*m_state, m_actions.size());
@@ -473,15 +489,17 @@ bool WorldStep::findHostContacts(btScalar timeStep, bool hostPairsDone, Fallback
   if (!hostPairsDone) updateHostBroadphase(timeStep);
   const Zone zone("hostContacts");
   if (contacts) m_state->hostContacts.find(m_world, m_state->reader);
-  // The callback may have changed bodies.
-  if (contacts && (gContactAddedCallback || gContactProcessedCallback)) {
+  // A callback may have changed bodies.
+  const auto& dispatcher = static_cast<const btCollisionDispatcher&>(*m_world.getDispatcher());
+  if (contacts && (gContactAddedCallback || globalContactCallback(dispatcher))) {
     m_state->reader.read(m_world, missing, m_state->fallbacks);
   }
   if (swept) {
     predictContacts(timeStep);
     m_state->hostContacts.add(m_predictive, m_state->reader);
   }
-  m_state->hostContacts.fill(input, m_state->reader, missing);
+  const bool fast = solverOf(m_state->settings) == Solver::Fast;
+  m_state->hostContacts.fill(input, m_state->reader, m_world.getSolverInfo().m_solverMode, fast, missing);
   if (input.onlyListedPairs) m_state->pairFilter.listPairs(m_world, m_state->reader);
   return true;
 }

@@ -17,7 +17,8 @@ StepParams makeStepParams(const StepSettings& s, bool torsionRows) {
             (s.interleaveContactAndFriction ? STEP_INTERLEAVE : 0u) |
             (s.disableDeactivation ? STEP_DISABLE_DEACTIVATION : 0u) | (torsionRows ? STEP_TORSION : 0u) |
             (s.hostActivation ? STEP_HOST_ACTIVATION : 0u) | (s.wakeByContact ? STEP_WAKE_BY_CONTACT : 0u) |
-            (s.solver == Solver::Fast ? STEP_SUBSTEPS : 0u);
+            (s.solver == Solver::Fast ? STEP_SUBSTEPS : 0u) | (s.oneIsland ? STEP_ONE_ISLAND : 0u) |
+            (s.islandRoots ? STEP_ISLAND_ROOTS : 0u);
   p.erp2 = s.erp2;
   p.globalCfm = s.globalCfm;
   p.splitImpulsePenetrationThreshold = s.splitImpulsePenetrationThreshold;
@@ -35,6 +36,7 @@ StepParams makeStepParams(const StepSettings& s, bool torsionRows) {
   p.pushSpeed = s.pushSpeed;
   p.jointHertz = s.jointHertz;
   p.jointDampingRatio = s.jointDampingRatio;
+  p.frictionErp = s.frictionErp;
   return p;
 }
 

@@ -78,6 +78,7 @@ struct StepResults {
   BodyResults<BodyPose> poses;  // relative to the region origin
   BodyResults<BodyVelocity> velocities;
   BodyResults<BodyActivation> activations;
+  std::vector<uint> roots;  // with StepSettings::islandRoots: the lowest body of each one's island
   std::vector<std::uint32_t> quarantined;  // not empty if a body came out not finite: all in quarantine, ascending
 
   // With StepSettings::keepContacts: one manifold a pair that overlaps, in the order of the pairs, then those of the

@@ -33,6 +33,8 @@ struct StepSettings {
   float splitImpulsePenetrationThreshold = -0.04f, splitImpulseTurnErp = 0.1f;
   float linearSlop = 0.0f, warmStartingFactor = 0.85f;
   float restitutionVelocityThreshold = 0.2f, maxGyroscopicForce = 100.0f;
+  float frictionErp = 0.2f;                   // of friction anchors
+  bool oneIsland = false;                     // not btSimulationIslandManager::getSplitIslands
   bool warmStarting = true;                   // SOLVER_USE_WARMSTARTING
   bool twoFrictionDirections = false;         // SOLVER_USE_2_FRICTION_DIRECTIONS
   bool frictionDirectionCaching = false;      // SOLVER_ENABLE_FRICTION_DIRECTION_CACHING
@@ -55,6 +57,7 @@ struct StepSettings {
   int substeps = 4;
   float contactHertz = 60.0f, contactDampingRatio = 2.0f, pushSpeed = 3.0f;
   float jointHertz = 60.0f, jointDampingRatio = 2.0f;
+  bool islandRoots = false;   // StepResults::roots is wanted
   bool keepContacts = false;  // StepResults::matchedManifolds and ::manifolds are wanted (comparison, fallback)
 
   // Substeps that follow at once and will want the same settings, one fewer each: the engine may start the next one
@@ -71,16 +74,16 @@ struct StepSettings {
 };
 
 inline bool operator==(const StepSettings& a, const StepSettings& b) {
-  static_assert(sizeof(StepSettings) == 120, "a new setting has to be compared below");
+  static_assert(sizeof(StepSettings) == 124, "a new setting has to be compared below");
   const auto all = [](const StepSettings& s) {
-    return std::tie(s.timeStep, s.iterations, s.erp2, s.globalCfm, s.sor, s.splitImpulse,
-                    s.splitImpulsePenetrationThreshold, s.splitImpulseTurnErp, s.linearSlop, s.warmStartingFactor,
-                    s.restitutionVelocityThreshold, s.maxGyroscopicForce, s.warmStarting, s.twoFrictionDirections,
-                    s.frictionDirectionCaching, s.velocityDependentFriction, s.interleaveContactAndFriction,
-                    s.contactBreakingThreshold, s.deactivationTime, s.disableDeactivation, s.useContinuous,
-                    s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts, s.allContacts, s.keepContacts,
-                    s.pairFinder, s.solver, s.groupSplit, s.batchLaunches, s.substeps, s.contactHertz,
-                    s.contactDampingRatio, s.pushSpeed, s.jointHertz, s.jointDampingRatio, s.substepsToFollow);
+    return std::tie(
+        s.timeStep, s.iterations, s.erp2, s.globalCfm, s.sor, s.splitImpulse, s.splitImpulsePenetrationThreshold,
+        s.splitImpulseTurnErp, s.linearSlop, s.warmStartingFactor, s.restitutionVelocityThreshold, s.maxGyroscopicForce,
+        s.frictionErp, s.oneIsland, s.warmStarting, s.twoFrictionDirections, s.frictionDirectionCaching,
+        s.velocityDependentFriction, s.interleaveContactAndFriction, s.contactBreakingThreshold, s.deactivationTime,
+        s.disableDeactivation, s.useContinuous, s.forceUpdateAllAabbs, s.wakeByContact, s.hostActivation, s.contacts,
+        s.allContacts, s.islandRoots, s.keepContacts, s.pairFinder, s.solver, s.groupSplit, s.batchLaunches, s.substeps,
+        s.contactHertz, s.contactDampingRatio, s.pushSpeed, s.jointHertz, s.jointDampingRatio, s.substepsToFollow);
   };
   return all(a) == all(b);
 }

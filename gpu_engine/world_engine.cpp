@@ -241,6 +241,7 @@ void WorldEngine::makeRoomFor(Flight& flight) {
   flight.poses.resize(m_queue, w.bodyCount);
   flight.velocities.resize(m_queue, w.bodyCount);
   flight.activations.resize(m_queue, w.bodyCount);
+  flight.roots.resize(m_queue, flight.settings.islandRoots ? w.bodyCount : 0);
   flight.jointSolved.resize(m_queue, w.jointCount);
   flight.jointImpulses.resize(m_queue, w.jointCount > 0 ? w.jointImpulses.size() : 0);
   flight.counters.resize(m_queue, 1);
@@ -256,6 +257,7 @@ void WorldEngine::enqueueReads(Flight& flight) {
   flight.poses.readFrom(m_queue, w.poses.buffer());
   flight.velocities.readFrom(m_queue, w.velocities.buffer());
   flight.activations.readFrom(m_queue, w.activations.buffer());
+  flight.roots.readFrom(m_queue, w.roots.buffer());
   flight.jointSolved.readFrom(m_queue, w.jointSolved.buffer());
   flight.jointImpulses.readFrom(m_queue, w.jointImpulses.buffer());
   flight.counters.readFrom(m_queue, w.counters.buffer(), &flight.done);
@@ -277,6 +279,7 @@ void WorldEngine::showResults(Flight& flight, StepResults& results) const {
   results.poses.show(flight.poses.data(), flight.poses.size());
   results.velocities.show(flight.velocities.data(), flight.velocities.size());
   results.activations.show(flight.activations.data(), flight.activations.size());
+  flight.roots.copyTo(results.roots);
   flight.jointSolved.copyTo(results.jointSolved);
   flight.jointImpulses.copyTo(results.jointImpulses);
   results.counters = flight.counters[0];

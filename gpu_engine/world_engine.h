@@ -53,6 +53,7 @@ class WorldEngine {
     HostArray<BodyPose> poses;
     HostArray<BodyVelocity> velocities;
     HostArray<BodyActivation> activations;
+    HostArray<uint> roots;
     HostArray<uint> jointSolved;
     HostArray<float> jointImpulses;
     HostArray<StepCounters> counters;

@@ -32,15 +32,28 @@ Aabb aabbOf(const btBroadphaseProxy& proxy, const double (&origin)[3]) {
            above(double(upper.z()) - origin[2]), 0}};
 }
 
-// What a point can ask of the solver that the device's rows do not have.
-constexpr int kUnknownFlags =
-    BT_CONTACT_FLAG_HAS_CONTACT_CFM | BT_CONTACT_FLAG_HAS_CONTACT_ERP | BT_CONTACT_FLAG_FRICTION_ANCHOR;
+// What Bullet takes from a point whose friction directions the application has set.
+void readMotion(const btManifoldPoint& from, ContactPoint& to, FallbackList& missing) {
+  if (!(from.m_contactPointFlags & BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED)) return;
+  if (from.m_frictionCFM != btScalar(0)) missing.add("m_frictionCFM", "of a contact point: not on the device");
+  if (from.m_contactMotion1 == btScalar(0) && from.m_contactMotion2 == btScalar(0)) return;
+  to.flags |= POINT_MOTION;
+  to.normalWorldOnB.w = static_cast<float>(from.m_contactMotion1);
+  to.lateralFrictionDir1.w = static_cast<float>(from.m_contactMotion2);
+}
 
-bool hasUnknownFlags(const btPersistentManifold& manifold) {
-  for (int k = 0; k < manifold.getNumContacts(); ++k) {
-    if (manifold.getContactPoint(k).m_contactPointFlags & kUnknownFlags) return true;
-  }
-  return false;
+void writeFrictionImpulses(const ContactPoint& before, const ContactPoint& after, bool twoDirections,
+                           btManifoldPoint& p) {
+  // Of a point with a motion that was not solved it is still there, and Bullet leaves the impulses alone.
+  const bool motion = (before.flags & POINT_MOTION) != 0;
+  if (motion && before.normalWorldOnB.w == after.normalWorldOnB.w) return;
+  p.m_appliedImpulseLateral1 = btScalar(after.normalWorldOnB.w);
+  if (!motion || twoDirections) p.m_appliedImpulseLateral2 = btScalar(after.lateralFrictionDir1.w);
+}
+
+// What the fast mode's rows do not have.
+bool hasOwnRows(const ContactPoint& p) {
+  return (p.flags & (POINT_CFM | POINT_ERP | POINT_FRICTION_ANCHOR | POINT_MOTION)) != 0;
 }
 
 }  // namespace
@@ -92,13 +105,20 @@ void HostContacts::add(const btAlignedObjectArray<btPersistentManifold*>& predic
   }
 }
 
-void HostContacts::fill(WorldInput& input, const WorldReader& reader, FallbackList& missing) const {
+void HostContacts::fill(WorldInput& input, const WorldReader& reader, int solverMode, bool fast,
+                        FallbackList& missing) {
+  m_twoDirections = (solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS) != 0;
   input.hostManifolds.clear();
   for (const Found& found : m_found) {
-    if (hasUnknownFlags(*found.manifold)) {
-      missing.add("contact point flags", "a point with CFM, ERP or friction anchor of its own: not on the device yet");
-    }
     input.hostManifolds.push_back(readManifold(*found.manifold, found.bodyA, found.bodyB));
+    for (int k = 0; k < found.manifold->getNumContacts(); ++k) {
+      ContactPoint& point = input.hostManifolds.back().points[k];
+      if (solverMode & SOLVER_ENABLE_FRICTION_DIRECTION_CACHING)
+        readMotion(found.manifold->getContactPoint(k), point, missing);
+      if (fast && hasOwnRows(point)) {
+        missing.add("contact point flags", "CFM, ERP, anchor or motion of a point: not in the fast mode");
+      }
+    }
   }
   input.hostAabbs.clear();
   for (std::uint32_t i = 0; i < input.bodyCount; ++i) {
@@ -110,16 +130,15 @@ void HostContacts::fill(WorldInput& input, const WorldReader& reader, FallbackLi
   }
 }
 
-void HostContacts::writeBack(const StepResults& results) {
+void HostContacts::writeBack(const WorldInput& input, const StepResults& results) {
   for (std::size_t i = 0; i < m_found.size(); ++i) {
-    const Manifold& from = results.hostManifolds[i];
+    const Manifold &before = input.hostManifolds[i], &from = results.hostManifolds[i];
     btPersistentManifold& manifold = *m_found[i].manifold;
     for (int k = 0; k < from.pointCount && k < manifold.getNumContacts(); ++k) {
       btManifoldPoint& p = manifold.getContactPoint(k);
       const ContactPoint& c = from.points[k];
       p.m_appliedImpulse = btScalar(c.localPointB.w);
-      p.m_appliedImpulseLateral1 = btScalar(c.normalWorldOnB.w);
-      p.m_appliedImpulseLateral2 = btScalar(c.lateralFrictionDir1.w);
+      writeFrictionImpulses(before.points[k], c, m_twoDirections, p);
       p.m_lateralFrictionDir1 = toBullet(c.lateralFrictionDir1);
       p.m_lateralFrictionDir2 = toBullet(c.lateralFrictionDir2);
       p.m_contactPointFlags = c.flags & POINT_BULLET_FLAGS;

@@ -19,10 +19,10 @@ class HostContacts {
   void add(const btAlignedObjectArray<btPersistentManifold*>& predictive, const WorldReader& reader);
 
   // Puts what was found into the input; what the solver of the device can't do goes into `missing`.
-  void fill(WorldInput& input, const WorldReader& reader, FallbackList& missing) const;
+  void fill(WorldInput& input, const WorldReader& reader, int solverMode, bool fast, FallbackList& missing);
 
-  // The impulses of the step, into the manifolds that find() saw.
-  void writeBack(const StepResults& results);
+  // The impulses of the step, into the manifolds that find() saw; `input` as fill() left it.
+  void writeBack(const WorldInput& input, const StepResults& results);
 
   void clear(WorldInput& input);
 
@@ -36,6 +36,7 @@ class HostContacts {
   };
   std::vector<Found> m_found;  // those with points
   std::size_t m_manifoldCount = 0;
+  bool m_twoDirections = false;
 };
 
 // The slots of a pair's objects; kNoSlot for one that the reader does not know.

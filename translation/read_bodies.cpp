@@ -17,6 +17,7 @@ uint flagsOf(const btCollisionObject& object, const btRigidBody* rigid, bool int
   if (flags & btCollisionObject::CF_KINEMATIC_OBJECT) out |= BODY_KINEMATIC;
   if (flags & btCollisionObject::CF_NO_CONTACT_RESPONSE) out |= BODY_NO_RESPONSE;
   if (flags & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING) out |= BODY_STIFFNESS;
+  if (flags & btCollisionObject::CF_HAS_FRICTION_ANCHOR) out |= BODY_FRICTION_ANCHOR;
   if (object.hasAnisotropicFriction(btCollisionObject::CF_ANISOTROPIC_FRICTION)) out |= BODY_ANISOTROPIC;
   if (object.hasAnisotropicFriction(btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION))
     out |= BODY_ANISOTROPIC_ROLLING;

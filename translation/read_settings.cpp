@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "read_settings.h"
 
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+
 BTGPU_TRANSLATION_BEGIN
 
 StepSettings readSettings(btDiscreteDynamicsWorld& world, btScalar timeStep) {
@@ -21,6 +23,8 @@ StepSettings readSettings(btDiscreteDynamicsWorld& world, btScalar timeStep) {
   s.warmStartingFactor = f(info.m_warmstartingFactor);
   s.restitutionVelocityThreshold = f(info.m_restitutionVelocityThreshold);
   s.maxGyroscopicForce = f(info.m_maxGyroscopicForce);
+  s.frictionErp = f(info.m_frictionERP);
+  s.oneIsland = !world.getSimulationIslandManager()->getSplitIslands();
   s.warmStarting = mode(SOLVER_USE_WARMSTARTING);
   s.twoFrictionDirections = mode(SOLVER_USE_2_FRICTION_DIRECTIONS);
   s.frictionDirectionCaching = mode(SOLVER_ENABLE_FRICTION_DIRECTION_CACHING);

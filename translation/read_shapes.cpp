@@ -207,8 +207,6 @@ bool ShapeReader::convertCompound(const btCompoundShape& compound, std::uint32_t
   out.extents = toFloat4((upper - lower) * btScalar(0.5));
   out.centre = toFloat4((upper + lower) * btScalar(0.5));
   for (const CompoundLeaf& leaf : leaves) {
-    if (input.shapes.values[static_cast<std::size_t>(leaf.shapeIndex)].type == SHAPE_PLANE)
-      out.variant = COMPOUND_PLANE;
     if (!isFinitePose(leaf.pose)) out.extents.x = INFINITY;  // what isFiniteShape looks for
   }
   m_compounds[index] = std::move(leaves);
@@ -217,14 +215,14 @@ bool ShapeReader::convertCompound(const btCompoundShape& compound, std::uint32_t
 
 bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, WorldInput& input, FallbackList& missing,
                           FallbackList& shares, Shape& out, const char*& why) {
-  if (isExactly<btCompoundShape>(shape)) {
+  const auto isOwn = [this](int type) { return (m_ownAlgorithms >> type & 1u) != 0; };
+  const bool known = !isOwn(shape.getShapeType());
+  if (known && isExactly<btCompoundShape>(shape)) {
     dropHull(index);
     m_meshes.drop(index);
     return convertCompound(static_cast<const btCompoundShape&>(shape), index, input, missing, shares, out);
   }
   m_compounds.erase(index);
-  const auto isOwn = [this](int type) { return (m_ownAlgorithms >> type & 1u) != 0; };
-  const bool known = !isOwn(shape.getShapeType());
   if (known && readCorePoints(shape, m_core)) {
     m_meshes.drop(index);
     out = Shape{};
@@ -232,7 +230,7 @@ bool ShapeReader::convert(const btCollisionShape& shape, std::uint32_t index, Wo
     return true;
   }
   dropHull(index);
-  if (isOwn(TRIANGLE_SHAPE_PROXYTYPE)) {  // what Bullet hands a mesh's triangles to
+  if (!known || isOwn(TRIANGLE_SHAPE_PROXYTYPE)) {  // what Bullet hands a mesh's triangles to
     m_meshes.drop(index);
   } else if (m_meshes.convert(shape, index, input.meshes, out, why)) {
     return true;

@@ -59,10 +59,10 @@ BodyPose identityPose() { return {{0, 0, 0, 0}, {0, 0, 0, 1}}; }
 void WorldReader::read(btDiscreteDynamicsWorld& world, FallbackList& missing, FallbackList& notes) {
   const Zone zone("readWorld");
   ++m_step;
-  m_globalCallback = globalContactCallback();
   m_ownFilter = world.getPairCache()->getOverlapFilterCallback() != nullptr;
   m_useContinuous = world.getDispatchInfo().m_useContinuous;
   const auto* dispatcher = static_cast<const btCollisionDispatcher*>(world.getDispatcher());
+  m_globalCallback = globalContactCallback(*dispatcher);
   m_shapes.configure(
       gContactBreakingThreshold,
       (dispatcher->getDispatcherFlags() & btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0);
@@ -404,14 +404,7 @@ bool WorldReader::isStirred(std::uint32_t i) const {
 void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) {
   BodySlot& slot = m_slots[i];
   const btCollisionObject& object = *slot.object;
-  const Shape& shape = m_input.shapes.values[static_cast<std::size_t>(shapeIndex)];
-  const int shapeType = shape.type;
-  const bool hasPlane = shapeType == SHAPE_COMPOUND && (shape.variant & COMPOUND_PLANE);
-  if ((shapeType == SHAPE_PLANE && !object.isStaticOrKinematicObject()) || (hasPlane && !object.isStaticObject())) {
-    changes.missing.add("plane on a body that moves", "Bullet's planes are static");
-    return;
-  }
-
+  const int shapeType = m_input.shapes.values[static_cast<std::size_t>(shapeIndex)].type;
   if (m_useContinuous && isIntegrated(i) && isSwept(object)) changes.swept.push_back(i);
   BodyRecord record = readBody(object, shapeIndex, isIntegrated(i));
   // As in stock its callback stands in for groups and masks, which are then all.

@@ -8,7 +8,9 @@
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "exact_type.h"
 
@@ -53,40 +55,32 @@ bool mayChangeBodies(const btOverlappingPairCallback* callback) {
   return callback && !isExactly<btGhostPairCallback>(*callback);
 }
 
+// Shapes that the device collides. Of a pair of them for which the application has registered an algorithm, the type
+// that comes first here is the host's: the last ones are those of which everything rests.
 constexpr int kShapeTypes[] = {SPHERE_SHAPE_PROXYTYPE,
                                BOX_SHAPE_PROXYTYPE,
-                               STATIC_PLANE_PROXYTYPE,
                                CAPSULE_SHAPE_PROXYTYPE,
                                CONVEX_HULL_SHAPE_PROXYTYPE,
+                               TRIANGLE_SHAPE_PROXYTYPE,
+                               TETRAHEDRAL_SHAPE_PROXYTYPE,
+                               CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE,
+                               CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE,
+                               MULTI_SPHERE_SHAPE_PROXYTYPE,
+                               CONE_SHAPE_PROXYTYPE,
+                               CYLINDER_SHAPE_PROXYTYPE,
+                               UNIFORM_SCALING_SHAPE_PROXYTYPE,
+                               BOX_2D_SHAPE_PROXYTYPE,
+                               CONVEX_2D_SHAPE_PROXYTYPE,
+                               MINKOWSKI_DIFFERENCE_SHAPE_PROXYTYPE,
                                COMPOUND_SHAPE_PROXYTYPE,
+                               STATIC_PLANE_PROXYTYPE,
                                TRIANGLE_MESH_SHAPE_PROXYTYPE,
                                SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
                                MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE,
                                TERRAIN_SHAPE_PROXYTYPE};
 
-// Convex shapes that stock knows no special algorithm for. Where the application does (as Bullet's 2D demo), those of
-// the type are on the host.
-constexpr int kOtherConvexTypes[] = {
-    TRIANGLE_SHAPE_PROXYTYPE,           TETRAHEDRAL_SHAPE_PROXYTYPE,         CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE,
-    CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE, MULTI_SPHERE_SHAPE_PROXYTYPE,        CONE_SHAPE_PROXYTYPE,
-    CYLINDER_SHAPE_PROXYTYPE,           UNIFORM_SCALING_SHAPE_PROXYTYPE,     BOX_2D_SHAPE_PROXYTYPE,
-    CONVEX_2D_SHAPE_PROXYTYPE,          MINKOWSKI_DIFFERENCE_SHAPE_PROXYTYPE};
-
 bool hasStockConfiguration(btCollisionConfiguration& configuration) {
   return isExactly<btDefaultCollisionConfiguration, btSoftBodyRigidBodyCollisionConfiguration>(configuration);
-}
-
-// Algorithms that the application registered for the shapes that the device collides.
-bool hasStockAlgorithms(btCollisionDispatcher& dispatcher) {
-  btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
-  if (!hasStockConfiguration(configuration)) return false;
-  const auto& table = dispatcher.*DispatcherTable::member();
-  for (const int a : kShapeTypes) {
-    for (const int b : kShapeTypes) {
-      if (table[a][b] != configuration.getCollisionAlgorithmCreateFunc(a, b)) return false;
-    }
-  }
-  return true;
 }
 
 void checkDispatcher(btDiscreteDynamicsWorld& world, FallbackList& missing) {
@@ -95,11 +89,10 @@ void checkDispatcher(btDiscreteDynamicsWorld& world, FallbackList& missing) {
     missing.add("dispatcher", "not Bullet's own btCollisionDispatcher");
     return;
   }
-  auto& stock = static_cast<btCollisionDispatcher&>(dispatcher);
-  if (stock.getNearCallback() != btCollisionDispatcher::defaultNearCallback) {
-    missing.add("near callback", "set by the application");
+  // Its table of algorithms came from there, so that what is the application's own can't be told.
+  if (!hasStockConfiguration(*static_cast<btCollisionDispatcher&>(dispatcher).getCollisionConfiguration())) {
+    missing.add("collision configuration", "not Bullet's own");
   }
-  if (!hasStockAlgorithms(stock)) missing.add("collision algorithm", "registered by the application");
 }
 
 void checkPairCache(btDiscreteDynamicsWorld& world, FallbackList& missing) {
@@ -121,7 +114,6 @@ void checkSolver(btDiscreteDynamicsWorld& world, FallbackList& missing) {
   }
   btSimulationIslandManager& islands = *world.getSimulationIslandManager();
   if (!isExactly<btSimulationIslandManager>(islands)) missing.add("island manager", "not Bullet's own");
-  if (!islands.getSplitIslands()) missing.add("setSplitIslands(false)", "not on the device");
 }
 
 }  // namespace
@@ -141,7 +133,8 @@ bool hasPairCallback(btDiscreteDynamicsWorld& world) {
          mayChangeBodies(userCallbackOf(*world.getBroadphase()));
 }
 
-const char* globalContactCallback() {
+const char* globalContactCallback(const btCollisionDispatcher& dispatcher) {
+  if (dispatcher.getNearCallback() != btCollisionDispatcher::defaultNearCallback) return "near callback";
   if (gContactProcessedCallback) return "gContactProcessedCallback";
   if (gCalculateCombinedFrictionCallback != &btManifoldResult::calculateCombinedFriction ||
       gCalculateCombinedRestitutionCallback != &btManifoldResult::calculateCombinedRestitution ||
@@ -167,11 +160,8 @@ std::uint64_t typesWithOwnAlgorithms(const btCollisionDispatcher& dispatcher) {
            table[b][a] != configuration.getCollisionAlgorithmCreateFunc(b, a);
   };
   std::uint64_t types = 0;
-  for (const int type : kOtherConvexTypes) {
-    bool own = false;
-    for (const int other : kShapeTypes) own = own || isOwn(type, other);
-    for (const int other : kOtherConvexTypes) own = own || isOwn(type, other);
-    if (own) types |= std::uint64_t{1} << type;
+  for (const int* a = std::begin(kShapeTypes); a != std::end(kShapeTypes); ++a) {
+    if (std::any_of(a, std::end(kShapeTypes), [&](int b) { return isOwn(*a, b); })) types |= std::uint64_t{1} << *a;
   }
   return types;
 }
@@ -191,8 +181,6 @@ bool checkObject(const btCollisionObject& object, FallbackList& missing) {
   } else if (!object.getCollisionShape() || !object.getBroadphaseHandle()) {
     what = "collision object without shape or broadphase proxy";
     reason = "the stock path decides what to do with it";
-  } else if (object.getCollisionFlags() & btCollisionObject::CF_HAS_FRICTION_ANCHOR) {
-    what = "friction anchor";
   }
   if (what) missing.add(what, reason);
   return what == nullptr;

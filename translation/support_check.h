@@ -19,11 +19,11 @@ void checkWorld(btDiscreteDynamicsWorld& world, btScalar timeStep, FallbackList&
 bool hasPairCallback(btDiscreteDynamicsWorld& world);
 
 // Name of the callback by which the application takes part in every contact (of this object); null if there is none.
-const char* globalContactCallback();
+const char* globalContactCallback(const btCollisionDispatcher& dispatcher);
 const char* contactCallback(const btCollisionObject& object);
 
-// Types of convex shapes (bit XX_SHAPE_PROXYTYPE) that the application has registered algorithms for, other than those
-// for which checkWorld() gives the whole step to stock.
+// Types of shapes (bit XX_SHAPE_PROXYTYPE) that are the host's because the application has registered an algorithm for
+// them. Of two types that it has one for, one of both.
 std::uint64_t typesWithOwnAlgorithms(const btCollisionDispatcher& dispatcher);
 
 // The same as checkWorld for one object of the world. True if it is supported.

@@ -90,6 +90,7 @@ void combine(const Body& a, const Body& b, ContactPoint& p) {
       clampFriction(product(m.rollingFriction, n.friction) + product(n.rollingFriction, m.friction)));
   p.combined.w = static_cast<float>(
       clampFriction(product(m.spinningFriction, n.friction) + product(n.spinningFriction, m.friction)));
+  if ((a.info.flags | b.info.flags) & BODY_FRICTION_ANCHOR) p.flags |= POINT_FRICTION_ANCHOR;
   if (!((a.info.flags | b.info.flags) & BODY_STIFFNESS)) return;
   p.combinedStiffness = static_cast<float>(1 / (1.0 / m.contactStiffness + 1.0 / n.contactStiffness));
   p.combinedDamping = m.contactDamping + n.contactDamping;
@@ -159,9 +160,18 @@ int findLeastUseful(const Manifold& m, const ContactPoint& p, Vec bFromA, Ties& 
   return std::max(0, ties.best(MANIFOLD_POINTS, -1e300, area, error));  // -1: they are no numbers
 }
 
+// btPersistentManifold::replaceContactPoint leaves a point be whose friction holds.
+bool isHeldByAnchor(const ContactPoint& old, const ContactPoint& p, Ties& ties) {
+  if (!(p.flags & POINT_FRICTION_ANCHOR)) return false;
+  const double limit = std::fabs(double(old.combined.x) * double(old.localPointB.w));
+  // Each of the squares is off by two roundings, and their root by half of that.
+  return ties.isWithin(std::hypot(old.normalWorldOnB.w, old.lateralFrictionDir1.w), limit, 2e-7 * limit);
+}
+
 void addPoint(Manifold& m, ContactPoint p, Vec bFromA, Ties& ties) {
   if (p.localPointA.w > m.breakingThreshold) return;
   const int match = findMatch(m, p, bFromA, ties);
+  if (match >= 0 && isHeldByAnchor(m.points[match], p, ties)) return;
   if (match >= 0) {  // btPersistentManifold::replaceContactPoint keeps age and impulses
     const ContactPoint& old = m.points[match];
     p.lifeTime = old.lifeTime;

@@ -37,8 +37,8 @@ void BuildIslands::enqueue(Queue& queue, DeviceWorld& world) {
                  world.infos, m_kinds, m_restless, m_parents, m_wake);
   const Grid jointGrid = queue.device().grid(world.jointCount);
   if (world.jointCount > 0) {
-    m_uniteJoints.launch(queue, jointGrid, world.jointCount, m_turn, world.counters, world.joints, m_restless,
-                         m_parents);
+    m_uniteJoints.launch(queue, jointGrid, world.jointCount, m_turn, world.counters, world.params, world.joints,
+                         m_restless, m_parents);
   }
   m_flatten.launch(queue, bodyGrid, bodies, world.counters, m_kinds, world.stepActivations, m_parents, world.roots,
                    world.islandFlags);

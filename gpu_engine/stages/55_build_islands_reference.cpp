@@ -133,7 +133,8 @@ IslandsReference buildIslandsReference(const StepParams& params, const std::vect
                                        const std::vector<BodyActivation>& activations, const std::vector<Pair>& pairs,
                                        const std::vector<Manifold>& manifolds, const std::vector<Joint>& joints) {
   IslandsReference out;
-  out.roots = allStayAwake(infos, activations) ? findRoots(infos, {}, {}) : findRoots(infos, pairs, joints);
+  const bool asked = (params.flags & STEP_ISLAND_ROOTS) != 0;
+  out.roots = !asked && allStayAwake(infos, activations) ? findRoots(infos, {}, {}) : findRoots(infos, pairs, joints);
   out.activations = activations;
   decideSleep(infos, out.roots, out.activations);
   wake(params, infos, pairs, manifolds, out.activations);
@@ -145,16 +146,19 @@ IslandsReference buildIslandsReference(const StepParams& params, const std::vect
   out.solved.assign(infos.size(), 0);
   for (uint i = 0; i < infos.size(); ++i) out.solved[i] = isMember(infos[i]) && islandSolved[out.roots[i]];
 
+  const bool oneIsland = (params.flags & STEP_ONE_ISLAND) != 0;
+  const auto isSolved = [&](uint body) { return isMember(infos[body]) && islandSolved[out.roots[body]]; };
   for (uint m = 0; m < manifolds.size(); ++m) {
     const uint a = manifolds[m].bodyA, b = manifolds[m].bodyB;
     out.contactPoints += static_cast<uint>(manifolds[m].pointCount);
     if (manifolds[m].pointCount == 0) continue;
-    if (has(infos[a], BODY_NO_RESPONSE) || has(infos[b], BODY_NO_RESPONSE)) continue;
+    if (!oneIsland && (has(infos[a], BODY_NO_RESPONSE) || has(infos[b], BODY_NO_RESPONSE))) continue;
     if (!isMember(infos[a]) && !isMember(infos[b])) continue;
     if (!canMove(steps[a]) && !canMove(steps[b])) continue;
     if (out.activations[a].state == STATE_SLEEPING && out.activations[b].state == STATE_SLEEPING) continue;
+    // btSimulationIslandManager::getIslandId; an island of all is solved as long as one of it is awake.
     const uint island = isMember(infos[a]) ? out.roots[a] : out.roots[b];
-    if (!islandSolved[island]) continue;
+    if (oneIsland ? !isSolved(a) && !isSolved(b) : !islandSolved[island]) continue;
     out.constraints.push_back(m);
     // Kinematic bodies that were left with mass are in no island, but the solver moves them.
     for (const uint body : {a, b}) {

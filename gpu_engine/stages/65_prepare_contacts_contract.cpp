@@ -31,6 +31,7 @@ struct PointScale {
   double compliance = 0;  // the sum of the parts of J M^-1 J^T, without cancellation
   double inertia = 0;     // norm of both inverse inertias
   double spin = 0;        // of both angular velocities
+  double anchor = 0;      // speed that closes the gap of a friction anchor
 };
 
 PointScale scaleOf(const PrepareInput& in, const Manifold& m, const ContactPoint& p) {
@@ -45,6 +46,12 @@ PointScale scaleOf(const PrepareInput& in, const Manifold& m, const ContactPoint
     s.compliance += step.linearVelocity.w + inertia * r * r;
     s.inertia += inertia;
     s.spin += spin;
+    if (p.flags & POINT_FRICTION_ANCHOR) {
+      s.anchor += (r + length(toVec(in.poses[body].position))) * in.params.frictionErp / in.params.timeStep;
+    }
+  }
+  if (p.flags & POINT_MOTION) {
+    s.velocity += std::max(std::fabs(double(p.normalWorldOnB.w)), std::fabs(double(p.lateralFrictionDir1.w)));
   }
   return s;
 }
@@ -109,8 +116,9 @@ void checkTangent(const StepParams& p, const PointScale& s, double direction, co
   // The direction enters the compliance twice.
   const double jacError = jacLimit(p, s, jac) + 2 * direction * s.compliance * jac * jac / p.sor;
   f.near(jacAt, jacError, jacName);
-  f.near(jacAt + 1, jac > 0 ? jacError / jac * std::fabs(rhs) + jac * (kVelocity + direction) * s.velocity : 0,
-         rhsName);
+  // The gap: arms, their sum with the positions (3), a dot product (5), two factors.
+  const double speed = (kVelocity + direction) * s.velocity + (kArm + 10 * kRounding + direction) * s.anchor;
+  f.near(jacAt + 1, jac > 0 ? jacError / jac * std::fabs(rhs) + jac * speed : 0, rhsName);
   f.near(jacAt + 2, 0, impulseName);
 }
 

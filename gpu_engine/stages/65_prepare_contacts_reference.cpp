@@ -17,6 +17,7 @@ constexpr double kEpsilon = 1.1920929e-7;  // SIMD_EPSILON in a float build of B
 struct Body {
   uint flags;
   double inverseMass;
+  Vec position;
   Vec linear, angular, externalLinear, externalAngular;
   Vec linearFactor, angularFactor, anisotropicFriction;
   Matrix inverseInertia, rotation;
@@ -26,6 +27,7 @@ Body makeBody(const PrepareInput& in, uint i) {
   const BodyStep& s = in.steps[i];
   return {in.infos[i].flags,
           s.linearVelocity.w,
+          toVec(in.poses[i].position),
           toVec(s.linearVelocity),
           toVec(s.angularVelocity),
           toVec(s.externalLinear),
@@ -140,7 +142,10 @@ void writeNormal(const Contact& c, bool solved, Writer out) {
 
   const double dt = s.timeStep;
   double cfm = s.globalCfm, erp = s.erp2;
-  if (c.point.flags & POINT_STIFFNESS_DAMPING) {
+  if (c.point.flags & (POINT_CFM | POINT_ERP)) {
+    if (c.point.flags & POINT_CFM) cfm = c.point.combinedStiffness;
+    if (c.point.flags & POINT_ERP) erp = c.point.combinedDamping;
+  } else if (c.point.flags & POINT_STIFFNESS_DAMPING) {
     const double spring = dt * c.point.combinedStiffness;
     const double denominator = std::max(spring + c.point.combinedDamping, kEpsilon);
     cfm = 1 / denominator;
@@ -172,16 +177,22 @@ void writeNormal(const Contact& c, bool solved, Writer out) {
   if (c.has(STEP_WARM_START)) out.put(ROW_NORMAL_IMPULSE, double(c.point.localPointB.w) * s.warmStartingFactor);
 }
 
-// setupFrictionConstraint. Bullet leaves the torque of the step out of the velocity here.
-void writeTangent(const Contact& c, Vec t, Writer out, size_t axis, size_t jacField, size_t rhsField,
+// setupFrictionConstraint. Bullet leaves the torque of the step out of the velocity here. `motion`: with POINT_MOTION.
+void writeTangent(const Contact& c, Vec t, float motion, Writer out, size_t axis, size_t jacField, size_t rhsField,
                   size_t impulseField) {
   const Direction d(c.a, c.b, t, c.ra, c.rb);
   const double jac = c.params.sor / d.compliance(c.ra, c.rb);
   const double velocity = dot(t, c.a.linear + c.a.externalLinear) + dot(d.armA, c.a.angular) -
                           dot(t, c.b.linear + c.b.externalLinear) - dot(d.armB, c.b.angular);
+  double wanted = -velocity;
+  if (c.point.flags & POINT_MOTION) wanted += motion;
+  if (c.point.flags & POINT_FRICTION_ANCHOR) {
+    const Vec between = c.a.position + c.ra - (c.b.position + c.rb);
+    wanted -= dot(between, t) * c.params.frictionErp / c.params.timeStep;
+  }
   out.put(axis, t);
   out.put(jacField, jac);
-  out.put(rhsField, -velocity * jac);
+  out.put(rhsField, wanted * jac);
   out.put(impulseField, 0);
 }
 
@@ -201,12 +212,12 @@ void writePoint(const Contact& c, bool solved, size_t slot, size_t k, PrepareRef
   const Writer rows(out.rows, slot, SLOT_FIELDS, k * POINT_FIELDS);
   writeNormal(c, solved, rows);
   if (!solved) return;
-  writeTangent(c, toVec(c.point.lateralFrictionDir1), rows, ROW_TANGENT1, ROW_TANGENT1_JAC, ROW_TANGENT1_RHS,
-               ROW_TANGENT1_IMPULSE);
+  writeTangent(c, toVec(c.point.lateralFrictionDir1), c.point.normalWorldOnB.w, rows, ROW_TANGENT1, ROW_TANGENT1_JAC,
+               ROW_TANGENT1_RHS, ROW_TANGENT1_IMPULSE);
   if (c.has(STEP_TWO_FRICTION)) {
     const Writer second(out.tangent2, slot, SLOT_TANGENT2_FIELDS, k * TANGENT2_FIELDS);
-    writeTangent(c, toVec(c.point.lateralFrictionDir2), second, ROW_TANGENT2, ROW_TANGENT2_JAC, ROW_TANGENT2_RHS,
-                 ROW_TANGENT2_IMPULSE);
+    writeTangent(c, toVec(c.point.lateralFrictionDir2), c.point.lateralFrictionDir1.w, second, ROW_TANGENT2,
+                 ROW_TANGENT2_JAC, ROW_TANGENT2_RHS, ROW_TANGENT2_IMPULSE);
   }
   if (!c.has(STEP_TORSION)) return;
   Vec t1, t2;

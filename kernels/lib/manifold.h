@@ -156,6 +156,13 @@ LIB void numberPoints(NEAR Manifold* m) {
   }
 }
 
+// Whether the friction of a point reached its limit: then a friction anchor gives way to a new one.
+LIB int slips(NEAR const ContactPoint* p) {
+  const float first = p->normalWorldOnB.w, second = p->lateralFrictionDir1.w;
+  const float limit = p->combined.x * p->localPointB.w;
+  return first * first + second * second > limit * limit;
+}
+
 // Adds a point, keeping impulses and age of the one it matches.
 LIB void addPoint(NEAR Manifold* m, ContactPoint p) {
   if (p.localPointA.w > m->breakingThreshold) return;
@@ -165,6 +172,7 @@ LIB void addPoint(NEAR Manifold* m, ContactPoint p) {
   UNROLL
   for (int i = 0; i < MANIFOLD_POINTS; ++i) {
     if (i != place) continue;
+    if (match >= 0 && (p.flags & POINT_FRICTION_ANCHOR) && !slips(&m->points[i])) continue;
     if (match >= 0) {
       const ContactPoint old = m->points[i];
       p.localPointB = withW(p.localPointB, old.localPointB.w);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Zlib
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // Stage 65's rows of BTGPU_WIDE slots at once, for the usual settings: one friction direction, along the slip, nothing
-// cached, no torsional rows, no anisotropic friction. The same as prepareSlot, slot by slot (65_prepare_contacts.cl).
+// cached, no torsional rows, no anisotropic friction, no point with something of its own. The same as prepareSlot, slot
+// by slot (65_prepare_contacts.cl).
 // OpenCL C only.
 #ifndef BTGPU_LIB_PREPARE_WIDE_H
 #define BTGPU_LIB_PREPARE_WIDE_H
@@ -80,8 +81,10 @@ WIDE void planeSpaceWide(Lanes3 n, Lanes3* p, Lanes3* q) {
 STRUCT(WidePoint) {
   Lanes4 localA, localB, normal, lateral, combined;
   Lanes stiffness, damping;
-  LaneMask soft;
+  LaneMask soft, unusual;
 };
+
+#define UNUSUAL_POINT (POINT_CFM | POINT_ERP | POINT_FRICTION_ANCHOR | POINT_MOTION)
 
 WIDE void loadPointWide(__global const ContactPoint* first, const uint* manifold, WidePoint* p) {
   p->localA = gatherWide(&first->localPointA, MANIFOLD_STRIDE, manifold);
@@ -93,6 +96,7 @@ WIDE void loadPointWide(__global const ContactPoint* first, const uint* manifold
   p->stiffness = rest.x;
   p->damping = rest.y;
   p->soft = (as_int16(rest.w) & POINT_STIFFNESS_DAMPING) != 0;
+  p->unusual = (as_int16(rest.w) & UNUSUAL_POINT) != 0;
 }
 
 // prepareNormal and the first half of preparePoint. `solved`: the lanes whose contact Bullet solves.
@@ -159,10 +163,12 @@ WIDE Lanes3 chooseTangentWide(const WideEnd* a, const WideEnd* b, const WidePoin
   return t1;
 }
 
-WIDE void preparePointWide(StepParams s, const WideEnd* a, const WideEnd* b, Lanes threshold, LaneMask live,
-                           __global ContactPoint* first, const uint* manifold, __global float* slot) {
+// False if one of the points is none of the usual ones.
+WIDE int preparePointWide(StepParams s, const WideEnd* a, const WideEnd* b, Lanes threshold, LaneMask live,
+                          __global ContactPoint* first, const uint* manifold, __global float* slot) {
   WidePoint p;
   loadPointWide(first, manifold, &p);
+  if (anyLane(live & p.unusual)) return 0;
   const Lanes3 ra = mulMatrixWide(a->rotation, xyzWide(p.localA));
   const Lanes3 rb = mulMatrixWide(b->rotation, xyzWide(p.localB));
   const LaneMask solved = live & (p.localA.w <= threshold) & (a->pushed | b->pushed);
@@ -176,6 +182,7 @@ WIDE void preparePointWide(StepParams s, const WideEnd* a, const WideEnd* b, Lan
   storeLive(slot, ROW_TANGENT1_JAC, jac, live);
   storeLive(slot, ROW_TANGENT1_RHS, -slideWide(a, b, t1, ra, rb) * jac, live);
   storeLive(slot, ROW_TANGENT1_IMPULSE, (Lanes)0.0f, live);
+  return 1;
 }
 
 WIDE int isAnisotropicWide(__global const BodyInfo* infos, const uint* body) {
@@ -188,7 +195,8 @@ WIDE int canPrepareWide(uint stepFlags) {
   return !(stepFlags & (STEP_TWO_FRICTION | STEP_FRICTION_CACHING | STEP_NO_VELOCITY_FRICTION | STEP_TORSION));
 }
 
-// False, with nothing done, if a body is anisotropic. `slots` and `rows` are those of the block's first slot.
+// False if a body is anisotropic or a point unusual; the block's slots then have to be prepared one by one, as if
+// nothing had been done. `slots` and `rows` are those of the block's first slot.
 WIDE int prepareWide(StepParams s, __global const SlotHeader* slots, __global const BodyInfo* infos,
                      __global const BodyPose* poses, __global const BodyStep* steps, __global const BodyMass* masses,
                      __global Manifold* manifolds, __global float* rows) {
@@ -208,8 +216,10 @@ WIDE int prepareWide(StepParams s, __global const SlotHeader* slots, __global co
   makeEndWide(bodyA, poses, steps, masses, &a);
   makeEndWide(bodyB, poses, steps, masses, &b);
   for (int k = 0; k < most; ++k) {
-    preparePointWide(s, &a, &b, threshold, pointCount > k, &manifolds->points[k], manifold,
-                     rows + k * POINT_FIELDS * BTGPU_LANES);
+    if (!preparePointWide(s, &a, &b, threshold, pointCount > k, &manifolds->points[k], manifold,
+                          rows + k * POINT_FIELDS * BTGPU_LANES)) {
+      return 0;
+    }
   }
   return 1;
 }

@@ -81,7 +81,10 @@ LIB NormalRow prepareNormal(StepParams s, RowBody a, RowBody b, ContactPoint p, 
   const float4 n = xyz(p.normalWorldOnB);
   const float inverseTimeStep = 1.0f / s.timeStep;
   float cfm = s.globalCfm, erp = s.erp2;
-  if (p.flags & POINT_STIFFNESS_DAMPING) {
+  if (p.flags & (POINT_CFM | POINT_ERP)) {
+    if (p.flags & POINT_CFM) cfm = p.combinedStiffness;
+    if (p.flags & POINT_ERP) erp = p.combinedDamping;
+  } else if (p.flags & POINT_STIFFNESS_DAMPING) {
     const float stiffness = s.timeStep * p.combinedStiffness;
     const float denominator = fmax(stiffness + p.combinedDamping, BTGPU_EPSILON);
     cfm = 1.0f / denominator;
@@ -121,6 +124,12 @@ LIB float frictionJac(StepParams s, RowBody a, RowBody b, float4 t, float4 ra, f
 }
 LIB float frictionRhs(RowBody a, RowBody b, float4 t, float4 ra, float4 rb, float jac) {
   return -slide(a, b, t, ra, rb) * jac;
+}
+
+// What a friction row along t wants besides: to draw the point back to its anchor. `between`: from the point on B to
+// the one on A.
+LIB float anchorRhs(StepParams s, float4 t, float4 between, float jac) {
+  return -dot3(between, t) * s.frictionErp / s.timeStep * jac;
 }
 
 // Torsional row about `axis`: the angular parts are -axis for A and +axis for B. No external torque, as above.

@@ -27,6 +27,7 @@ BTGPU_BEGIN
 #define BODY_HOST_CONTACTS 0x4000u      // the host finds the contacts of all its pairs
 #define BODY_CHILD 0x8000u              // no body, but one of the shapes of a compound: BodyInfo.parent is the body
 #define BODY_COMPOUND 0x10000u          // its shapes have slots of their own; its own AABB only joins islands
+#define BODY_FRICTION_ANCHOR 0x20000u   // CF_HAS_FRICTION_ANCHOR
 
 // Activation states, with Bullet's numbers (btCollisionObject.h).
 #define STATE_UNSET 0

@@ -51,12 +51,18 @@ STRUCT(RawContacts) {
 
 // Bits of ContactPoint.flags: Bullet's btContactPointFlags.
 #define POINT_LATERAL_FRICTION_INITIALIZED 1
+#define POINT_CFM 2  // of its own, and is in combinedStiffness, as in Bullet
+#define POINT_ERP 4  // likewise, in combinedDamping
 #define POINT_STIFFNESS_DAMPING 8
+#define POINT_FRICTION_ANCHOR 16
 // Above Bullet's bits: 1 + the index that the point had in the manifold as the host saw it last, 0 for a new point. The
 // host needs it for what Bullet keeps in a point and the device does not know (btManifoldPoint::m_userPersistentData).
 #define POINT_BULLET_FLAGS 0x00ffffff
 #define POINT_ORIGIN_SHIFT 24
 #define POINT_ORIGIN (7 << POINT_ORIGIN_SHIFT)
+// Of the host's points: until the solver has stored them, in place of the two impulses of friction are the speeds
+// wanted along its two directions (btManifoldPoint::m_contactMotion1 and 2).
+#define POINT_MOTION (1 << 27)
 
 // Bit of StepResults::contactKeys, above the pair's key: neither body was active, the manifold is as the host saw it last.
 #define CONTACT_CARRIED (1UL << 63)
@@ -69,7 +75,7 @@ STRUCT(ContactPoint) {
   float4 lateralFrictionDir1;   // w: applied impulse, second friction direction
   float4 lateralFrictionDir2;   // w: 1 + the triangle of B, counted from its mesh's first, as a float; 0: none
   float4 combined;              // friction, restitution, rolling friction, spinning friction
-  float combinedStiffness, combinedDamping;  // valid with POINT_STIFFNESS_DAMPING
+  float combinedStiffness, combinedDamping;  // valid with POINT_STIFFNESS_DAMPING, POINT_CFM, POINT_ERP
   int lifeTime;                 // steps since the point was made
   int flags;                    // POINT_*
 };

@@ -31,8 +31,6 @@ BTGPU_BEGIN
 // length, or SHAPE_MULTI_SPHERE and how many spheres, which follow as in such a shape. Margins are the sum's.
 #define SUM_HEAD 2
 
-#define COMPOUND_PLANE 1   // has a plane in it, and no bounds
-
 #define HULL_PADDING 15  // BTGPU_WIDE - 1
 
 STRUCT(Shape) {

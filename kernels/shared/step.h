@@ -22,6 +22,8 @@ BTGPU_BEGIN
 #define STEP_WAKE_BY_CONTACT 0x800u       // btDispatcherInfo::m_deterministicOverlappingPairs: no wake without a contact
 #define STEP_CONTACTS_UNSEEN 0x1000u      // the host was not sent the contacts of the step before
 #define STEP_SUBSTEPS 0x2000u             // fast mode: the solver has moved the bodies as well
+#define STEP_ONE_ISLAND 0x4000u           // not btSimulationIslandManager::getSplitIslands: all contacts are solved
+#define STEP_ISLAND_ROOTS 0x8000u         // the host wants to know the islands, also where the step does not
 
 STRUCT(StepParams) {
   float timeStep;
@@ -34,10 +36,11 @@ STRUCT(StepParams) {
   float contactThreshold;     // gContactBreakingThreshold: AABBs grow by it
   float deactivationTime;     // gDeactivationTime
   uint hostManifoldCount;     // manifolds of the host behind those of the pairs
-  // Of the fast mode only.
+  // Of the fast mode only, but for the last one.
   uint substeps;                                         // that the step is cut into
   float contactHertz, contactDampingRatio, pushSpeed;    // softness of contacts; 1 / time, 1, length / time
   float jointHertz, jointDampingRatio;                   // and of joints
+  float frictionErp;  // of friction anchors
 };
 
 // Bits of StepCounters.overflow: what was too small. Every later kernel of the step returns at once, and the

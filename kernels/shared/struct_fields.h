@@ -128,7 +128,7 @@
   SIZE(HullEdge, 48)                                                                                        \
     FIELD(HullEdge, normalA) FIELD(HullEdge, normalB) FIELD(HullEdge, from) FIELD(HullEdge, to)             \
     FIELD(HullEdge, unused)                                                                                 \
-  SIZE(StepParams, 80)                                                                                      \
+  SIZE(StepParams, 84)                                                                                      \
     FIELD(StepParams, timeStep) FIELD(StepParams, flags) FIELD(StepParams, erp2)                            \
     FIELD(StepParams, globalCfm) FIELD(StepParams, splitImpulsePenetrationThreshold)                        \
     FIELD(StepParams, splitImpulseTurnErp) FIELD(StepParams, linearSlop)                                    \
@@ -137,7 +137,7 @@
     FIELD(StepParams, contactThreshold) FIELD(StepParams, deactivationTime)                                 \
     FIELD(StepParams, hostManifoldCount) FIELD(StepParams, substeps) FIELD(StepParams, contactHertz)        \
     FIELD(StepParams, contactDampingRatio) FIELD(StepParams, pushSpeed)                                     \
-    FIELD(StepParams, jointHertz) FIELD(StepParams, jointDampingRatio)                                      \
+    FIELD(StepParams, jointHertz) FIELD(StepParams, jointDampingRatio) FIELD(StepParams, frictionErp)       \
   SIZE(StepCounters, 64)                                                                                    \
     FIELD(StepCounters, overflow) FIELD(StepCounters, pairCount) FIELD(StepCounters, constraintCount)       \
     FIELD(StepCounters, slotCount) FIELD(StepCounters, colourCount) FIELD(StepCounters, serialCount)        \

@@ -18,6 +18,7 @@ static void makeManifold(NEAR Manifold* m, uint bodyA, uint bodyB, Shape a, Shap
 
 static void combine(ContactPoint* p, uint flags, BodyMaterial a, BodyMaterial b) {
   p->combined = combineMaterials(a, b);
+  if (flags & BODY_FRICTION_ANCHOR) p->flags |= POINT_FRICTION_ANCHOR;
   if (!(flags & BODY_STIFFNESS)) return;
   p->combinedStiffness = 1.0f / (1.0f / a.contactStiffness + 1.0f / b.contactStiffness);
   p->combinedDamping = a.contactDamping + b.contactDamping;

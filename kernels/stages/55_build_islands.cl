@@ -122,7 +122,7 @@ KERNEL islandUnite(CHECKS uint pairCapacity, uint turn, __global const StepCount
                    __global const BodyInfo* infos, __global const uint* kinds, __global const uint* restless,
                    volatile __global uint* parents, volatile __global uint* wake) {
   RETURN_ON_OVERFLOW(counters);
-  const uint somebody = restless[turn];
+  const uint somebody = restless[turn] | (params->flags & STEP_ISLAND_ROOTS ? SOMEBODY_RESTS : 0u);
   if (!somebody) return;
   const int byContact = (params->flags & STEP_WAKE_BY_CONTACT) != 0;
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
@@ -152,9 +152,10 @@ KERNEL islandUnite(CHECKS uint pairCapacity, uint turn, __global const StepCount
 
 // Enabled joints unite islands as pairs do, but also those of bodies without contact response.
 KERNEL islandUniteJoints(CHECKS uint jointCount, uint turn, __global const StepCounters* counters,
-                         __global const Joint* joints, __global const uint* restless, volatile __global uint* parents) {
+                         __global const StepParams* params, __global const Joint* joints,
+                         __global const uint* restless, volatile __global uint* parents) {
   RETURN_ON_OVERFLOW(counters);
-  if (!(restless[turn] & SOMEBODY_RESTS)) return;
+  if (!(restless[turn] & SOMEBODY_RESTS) && !(params->flags & STEP_ISLAND_ROOTS)) return;
   FOR_EACH(i, jointCount) {
     const Joint joint = joints[i];
     if (joint.enabled && joint.islandA != NO_INDEX && joint.islandB != NO_INDEX) {
@@ -242,10 +243,17 @@ static uint groupSum(uint value, __local uint* scratch) {
 }
 #endif
 
+// Whether the body is in an island that is solved.
+static int isInSolved(CHECKS uint body, uint kind, __global const uint* roots, __global const uint* islandFlags) {
+  return (kind & KIND_MEMBER) && (AT(islandFlags, AT(roots, body)) & ISLAND_SOLVED);
+}
+
 // solved[i]: the solver writes this body's velocity back, since its island is solved; bodies outside islands are marked
 // along with what moves them.
 // flags[i] = 1 for the manifolds that the solver gets: with points, with response, not between sleeping bodies,
-// in an island that is solved, and with a body that can move. chunkSums[g]: how many there are in chunk g.
+// in an island that is solved, and with a body that can move. Where islands are not split Bullet's solver gets all
+// manifolds that there are; here not those of sleepers, of which nothing moves there either.
+// chunkSums[g]: how many there are in chunk g.
 KERNEL selectManifolds(CHECKS uint capacity, uint bodyCount, __global StepCounters* counters,
                        __global const StepParams* params, __global const Manifold* manifolds,
                        __global const uint* kinds, __global const uint* roots, __global const uint* islandFlags,
@@ -255,15 +263,18 @@ KERNEL selectManifolds(CHECKS uint capacity, uint bodyCount, __global StepCounte
   FOR_EACH(i, bodyCount) {
     if ((kinds[i] & KIND_MEMBER) && (AT(islandFlags, roots[i]) & ISLAND_SOLVED)) solved[i] = 1;
   }
+  const int oneIsland = (params->flags & STEP_ONE_ISLAND) != 0;
   uint points = 0, count = 0;
   FOR_CHUNK(i, min(capacity, counters->pairCount + params->hostManifoldCount)) {
     const uint a = AT(manifolds, i).bodyA, b = AT(manifolds, i).bodyB;
     const uint kindA = AT(kinds, a), kindB = AT(kinds, b);
     const uint member = (kindA & KIND_MEMBER) ? a : b;
     points += manifolds[i].pointCount;
-    const int selected = manifolds[i].pointCount > 0 && !((kindA | kindB) & KIND_NO_RESPONSE) &&
-                         ((kindA | kindB) & KIND_MEMBER) && !(kindA & kindB & KIND_SLEEPS) &&
-                         (AT(islandFlags, AT(roots, member)) & ISLAND_SOLVED) && ((kindA | kindB) & KIND_MOVES);
+    int selected = manifolds[i].pointCount > 0 && (oneIsland || !((kindA | kindB) & KIND_NO_RESPONSE)) &&
+                   ((kindA | kindB) & KIND_MEMBER) && !(kindA & kindB & KIND_SLEEPS) && ((kindA | kindB) & KIND_MOVES);
+    // One body without response, which joins no island by contacts, may be awake while the other one sleeps.
+    selected = selected && (isInSolved(WITH_CHECKS member, kindA | kindB, roots, islandFlags) ||
+                            (oneIsland && isInSolved(WITH_CHECKS b, kindB, roots, islandFlags)));
     AT(flags, i) = selected ? 1u : 0u;
     if (!selected) continue;
     ++count;

@@ -22,6 +22,7 @@ KERNEL prepareBodies(uint bodyCount, __global const StepCounters* counters, __gl
 // Everything about one end of a manifold.
 STRUCT(End) {
   RowBody body;
+  float4 position;
   Matrix3 rotation;
   BodyMaterial material;
   uint flags;
@@ -33,6 +34,7 @@ static End makeEnd(CHECKS uint i, __global const BodyInfo* infos, __global const
                    __global const BodyMaterial* materials) {
   End end;
   end.body = makeRowBody(AT(steps, i), AT(masses, i).angularFactor);
+  end.position = AT(poses, i).position;
   end.rotation = matrixFromQuaternion(AT(poses, i).orientation);
   end.material = AT(materials, i);
   end.flags = AT(infos, i).flags;
@@ -92,6 +94,15 @@ static void prepareTorsion(__global float* slot, int field, End a, End b, Contac
   storeTorsion(slot, field + 2 * TORSION_FIELDS, a, b, t2, p.combined.z, wanted && length3(t2) > 0.001f);
 }
 
+// What a point's own flags add to the right-hand side of the friction row along t; `motion`: with POINT_MOTION.
+static float ownRhs(StepParams s, End a, End b, const ContactPoint* p, float4 t, float4 ra, float4 rb, float motion,
+                    float jac) {
+  float rhs = 0.0f;
+  if (p->flags & POINT_FRICTION_ANCHOR) rhs += anchorRhs(s, t, ra - rb - xyz(b.position - a.position), jac);
+  if (p->flags & POINT_MOTION) rhs += motion * jac;
+  return rhs;
+}
+
 // Rows of one point. A point that is not solved has a normal row with jac = 0.
 static void preparePoint(StepParams s, __global float* slot, __global float* slot2, End a, End b, int solved,
                          ContactPoint p, float4 ra, float4 rb) {
@@ -114,13 +125,18 @@ static void preparePoint(StepParams s, __global float* slot, __global float* slo
   const float jac1 = frictionJac(s, a.body, b.body, t1, ra, rb);
   storeField3(slot, ROW_TANGENT1, t1);
   storeField(slot, ROW_TANGENT1_JAC, jac1);
-  storeField(slot, ROW_TANGENT1_RHS, frictionRhs(a.body, b.body, t1, ra, rb, jac1));
+  const int own = p.flags & (POINT_FRICTION_ANCHOR | POINT_MOTION);
+  float rhs1 = frictionRhs(a.body, b.body, t1, ra, rb, jac1);
+  if (own) rhs1 += ownRhs(s, a, b, &p, t1, ra, rb, p.normalWorldOnB.w, jac1);
+  storeField(slot, ROW_TANGENT1_RHS, rhs1);
   storeField(slot, ROW_TANGENT1_IMPULSE, 0.0f);
   if (!(s.flags & STEP_TWO_FRICTION)) return;
   const float jac2 = frictionJac(s, a.body, b.body, t2, ra, rb);
   storeField3(slot2, ROW_TANGENT2, t2);
   storeField(slot2, ROW_TANGENT2_JAC, jac2);
-  storeField(slot2, ROW_TANGENT2_RHS, frictionRhs(a.body, b.body, t2, ra, rb, jac2));
+  float rhs2 = frictionRhs(a.body, b.body, t2, ra, rb, jac2);
+  if (own) rhs2 += ownRhs(s, a, b, &p, t2, ra, rb, p.lateralFrictionDir1.w, jac2);
+  storeField(slot2, ROW_TANGENT2_RHS, rhs2);
   storeField(slot2, ROW_TANGENT2_IMPULSE, 0.0f);
 }
 

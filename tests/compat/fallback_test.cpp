@@ -2,7 +2,6 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 // What the device can't do sends the step to stock's own path: it is named in the report, counted once a
 // step, gives exactly stock's results, and when it is gone the world is back on the device.
-#include <BulletCollision/CollisionDispatch/btBoxBoxCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
@@ -23,11 +22,6 @@ btScalar s(double v) { return static_cast<btScalar>(v); }
 
 // Calls of the application's callbacks, to see that they are made as often as in stock.
 int calls = 0;
-
-void nearCallback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
-  ++calls;
-  btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
-}
 
 class OwnDispatcher : public btCollisionDispatcher {
  public:
@@ -70,7 +64,6 @@ struct Lab {
   btRigidBody* body = nullptr;
   btCollisionObject* object = nullptr;
   std::unique_ptr<btTypedConstraint> joint;
-  btBoxBoxCollisionAlgorithm::CreateFunc boxBox;
 
   enum class Kind { Ordinary, OwnDispatcher, OwnConfiguration };
 
@@ -253,27 +246,11 @@ const Cause kSolver[] = {
     {"ResidualThreshold", "m_leastSquaresResidualThreshold", "iterations can't end early on the device",
      [](Lab& lab) { lab.world->getSolverInfo().m_leastSquaresResidualThreshold = s(1e-4); },
      [](Lab& lab) { lab.world->getSolverInfo().m_leastSquaresResidualThreshold = 0; }},
-    {"IslandsNotSplit", "setSplitIslands(false)", "not on the device",
-     [](Lab& lab) { lab.world->getSimulationIslandManager()->setSplitIslands(false); },
-     [](Lab& lab) { lab.world->getSimulationIslandManager()->setSplitIslands(true); }},
 };
 INSTANTIATE_TEST_SUITE_P(Solver, Fallback, testing::ValuesIn(kSolver), nameOf);
 
 const Cause kCallbacks[] = {
-    {"NearCallback", "near callback", "set by the application",
-     [](Lab& lab) { lab.dispatcher->setNearCallback(nearCallback); },
-     [](Lab& lab) { lab.dispatcher->setNearCallback(btCollisionDispatcher::defaultNearCallback); }, Lab::Kind::Ordinary,
-     true},
-    {"RegisteredAlgorithm", "collision algorithm", "registered by the application",
-     [](Lab& lab) {
-       lab.dispatcher->registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &lab.boxBox);
-     },
-     [](Lab& lab) {
-       lab.dispatcher->registerCollisionCreateFunc(
-           BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE,
-           lab.stockConfiguration.getCollisionAlgorithmCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE));
-     }},
-    {"DerivedConfiguration", "collision algorithm", "registered by the application", nullptr, nullptr,
+    {"DerivedConfiguration", "collision configuration", "not Bullet's own", nullptr, nullptr,
      Lab::Kind::OwnConfiguration},
     {"DerivedDispatcher", "dispatcher", "not Bullet's own btCollisionDispatcher", nullptr, nullptr,
      Lab::Kind::OwnDispatcher, true},
@@ -283,17 +260,7 @@ const Cause kCallbacks[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Callbacks, Fallback, testing::ValuesIn(kCallbacks), nameOf);
 
-void setFlag(btCollisionObject& object, int flag, bool on) {
-  object.setCollisionFlags(on ? object.getCollisionFlags() | flag : object.getCollisionFlags() & ~flag);
-}
-
 const Cause kObjects[] = {
-    {"FrictionAnchor", "friction anchor", kNotYet,
-     [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true); },
-     [](Lab& lab) { setFlag(*lab.bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, false); }},
-    {"MovingPlane", "plane on a body that moves", "Bullet's planes are static",
-     [](Lab& lab) { lab.body = lab.objects->add(1, lab.objects->plane(btVector3(0, 1, 0), 0), btVector3(0, -30, 0)); },
-     [](Lab& lab) { lab.removeShape(); }},
     {"SoftBody", "soft body", kNotYet, [](Lab& lab) { lab.addObject(btCollisionObject::CO_SOFT_BODY); },
      [](Lab& lab) { lab.removeObject(); }},
     {"MultibodyLink", "multibody link", kNotYet,
@@ -307,21 +274,30 @@ INSTANTIATE_TEST_SUITE_P(Objects, Fallback, testing::ValuesIn(kObjects), nameOf)
 TEST(FallbackReport, NamesAllCauses) {
   const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
   gpu->addObject(btCollisionObject::CO_FEATHERSTONE_LINK);
-  setFlag(*gpu->bodies[1], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true);
+  OwnObject own(btCollisionObject::CO_USER_TYPE);
+  own.setCollisionShape(gpu->bodies[3]->getCollisionShape());
+  gpu->world->addCollisionObject(&own, 0, 0);
   gpu->step(2);
   EXPECT_EQ(reported(gpu->gpu(), "multibody link").m_count, 2u);
-  EXPECT_EQ(reported(gpu->gpu(), "friction anchor").m_count, 2u);
+  EXPECT_EQ(reported(gpu->gpu(), "collision object of the application's own type").m_count, 2u);
   EXPECT_EQ(gpu->gpu().fallbackReport().size(), 2u) << reportText(gpu->gpu());
   EXPECT_EQ(gpu->gpu().statistics().m_stockSteps, 2u);
+  gpu->world->removeCollisionObject(&own);
 }
 
-// Many bodies with one cause are counted once a step.
+// Many objects with one cause are counted once a step.
 TEST(FallbackReport, CountsSteps) {
   const auto gpu = Lab::make<btGpuDynamicsWorld>(Lab::Kind::Ordinary);
-  for (int i = 1; i < 5; ++i) setFlag(*gpu->bodies[size_t(i)], btCollisionObject::CF_HAS_FRICTION_ANCHOR, true);
+  std::vector<std::unique_ptr<OwnObject>> links;
+  for (int i = 0; i < 4; ++i) {
+    links.push_back(std::make_unique<OwnObject>(btCollisionObject::CO_FEATHERSTONE_LINK));
+    links.back()->setCollisionShape(gpu->bodies[3]->getCollisionShape());
+    gpu->world->addCollisionObject(links.back().get(), 0, 0);
+  }
   gpu->step(4);
   EXPECT_EQ(gpu->gpu().fallbackReport().size(), 1u) << reportText(gpu->gpu());
-  EXPECT_EQ(reported(gpu->gpu(), "friction anchor").m_count, 4u);
+  EXPECT_EQ(reported(gpu->gpu(), "multibody link").m_count, 4u);
+  for (const auto& link : links) gpu->world->removeCollisionObject(link.get());
 }
 
 // A body whose shape is taken away while it is in the world has no proxy any more... and neither have bodies

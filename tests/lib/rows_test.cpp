@@ -149,6 +149,11 @@ class StockRows : public btSequentialImpulseConstraintSolver {
       m_point.m_combinedContactStiffness1 = s.point.combinedStiffness;
       m_point.m_combinedContactDamping1 = s.point.combinedDamping;
     }
+    if (s.point.flags & (POINT_CFM | POINT_ERP)) {
+      m_point.m_contactPointFlags |= s.point.flags & (POINT_CFM | POINT_ERP);
+      m_point.m_contactCFM = s.point.combinedStiffness;
+      m_point.m_contactERP = s.point.combinedDamping;
+    }
     m_tmpSolverBodyPool.resizeNoInitialize(2);
     // As getOrInitSolverBody has it: what can't move shares a solver body without a rigid body.
     btRigidBody* bodies[] = {s.stockA.get(), s.stockB.get()};
@@ -332,6 +337,13 @@ TEST(NormalRow, AsStock) {
       s.point.flags |= POINT_STIFFNESS_DAMPING;
       s.point.combinedStiffness = random.magnitude(0, 5);
       s.point.combinedDamping = random.magnitude(-2, 3);
+    }
+    // Their own CFM and ERP go before stiffness and damping.
+    if (n % 3 == 0) {
+      constexpr int kOwn[] = {POINT_CFM, POINT_ERP, POINT_CFM | POINT_ERP};
+      s.point.flags |= kOwn[n / 3 % 3];
+      s.point.combinedStiffness = random.magnitude(-4, -1);
+      s.point.combinedDamping = random.uniform(0, 1);
     }
     const NormalRow row = prepareNormal(s.params, s.a, s.b, s.point, s.ra, s.rb);
     const btSolverConstraint stock = StockRows(s).normal();

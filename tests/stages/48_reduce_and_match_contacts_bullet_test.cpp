@@ -64,6 +64,7 @@ void expectAsBullet(const Manifold& m, const btPersistentManifold& bullet) {
     EXPECT_EQ(p.normalWorldOnB.w, b.m_appliedImpulseLateral1) << k;
     EXPECT_EQ(p.lateralFrictionDir1.w, b.m_appliedImpulseLateral2) << k;
     EXPECT_EQ(p.lifeTime, b.getLifeTime()) << k;
+    EXPECT_EQ(p.flags & POINT_BULLET_FLAGS, b.m_contactPointFlags) << k;
     EXPECT_FLOAT_EQ(p.combined.x, b.m_combinedFriction) << k;
     EXPECT_FLOAT_EQ(p.combined.y, b.m_combinedRestitution) << k;
   }
@@ -91,6 +92,11 @@ TEST_F(MatchContactsTest, FollowsBulletsManifoldForSixtySteps) {
     objects.push_back(std::make_unique<btCollisionObject>());
     objects[body]->setCollisionShape(&shape);
     objects[body]->setFriction(in.world.world.material(body).friction = uniform(random, 0, 2));
+    // Every fourth pair has friction anchors, which hold the point that a new one would replace.
+    if (body % 8 == 3) {
+      in.world.world.info(body).flags |= BODY_FRICTION_ANCHOR;
+      objects[body]->setCollisionFlags(objects[body]->getCollisionFlags() | btCollisionObject::CF_HAS_FRICTION_ANCHOR);
+    }
     objects[body]->setRestitution(in.world.world.material(body).restitution = uniform(random, 0, 1));
   }
   for (size_t i = 0; i < kPairs; ++i) {

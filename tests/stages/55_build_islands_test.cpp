@@ -457,11 +457,21 @@ IslandScene randomScene(uint bodies, double degree, unsigned seed) {
 }
 
 TEST_F(BuildIslandsTest, RandomSmall) {
-  for (unsigned seed = 0; seed < 4; ++seed) expectAsReference(randomScene(61, 0.7, seed));
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    IslandScene scene = randomScene(61, 0.7, seed);
+    scene.settings.oneIsland = seed % 2 == 1;
+    scene.settings.islandRoots = seed > 1;
+    expectAsReference(scene);
+  }
 }
 
 TEST_F(BuildIslandsTest, RandomMedium) {
-  for (const double degree : {0.2, 0.5, 1.0, 3.0}) expectAsReference(randomScene(1500, degree, 7), 100);
+  for (const double degree : {0.2, 0.5, 1.0, 3.0}) {
+    IslandScene scene = randomScene(1500, degree, 7);
+    expectAsReference(scene, 100);
+    scene.settings.oneIsland = true;
+    expectAsReference(scene, 100);
+  }
 }
 
 TEST_F(BuildIslandsTest, Random20000) {

@@ -21,6 +21,7 @@ btContactSolverInfo infoOf(const StepSettings& s) {
   info.m_warmstartingFactor = s.warmStartingFactor;
   info.m_restitutionVelocityThreshold = s.restitutionVelocityThreshold;
   info.m_maxGyroscopicForce = s.maxGyroscopicForce;
+  info.m_frictionERP = s.frictionErp;
   info.m_solverMode = (s.warmStarting ? SOLVER_USE_WARMSTARTING : 0) |
                       (s.twoFrictionDirections ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
                       (s.frictionDirectionCaching ? SOLVER_ENABLE_FRICTION_DIRECTION_CACHING : 0) |
@@ -92,7 +93,11 @@ void BulletContacts::addManifold(const Manifold& from) {
     p.m_combinedSpinningFriction = c.combined.w;
     p.m_combinedContactStiffness1 = c.combinedStiffness;
     p.m_combinedContactDamping1 = c.combinedDamping;
-    p.m_contactPointFlags = c.flags;
+    p.m_contactPointFlags = c.flags & POINT_BULLET_FLAGS;
+    if (c.flags & POINT_MOTION) {
+      p.m_contactMotion1 = c.normalWorldOnB.w;
+      p.m_contactMotion2 = c.lateralFrictionDir1.w;
+    }
     p.m_lateralFrictionDir1 = toBullet(c.lateralFrictionDir1);
     p.m_lateralFrictionDir2 = toBullet(c.lateralFrictionDir2);
     p.m_appliedImpulse = c.localPointB.w;

@@ -52,6 +52,20 @@ uint addRandomBody(ContactScene& scene, std::mt19937& random, const RandomContac
   return i;
 }
 
+// What points can have of their own; drawn apart, so that all else is as without it.
+void addOddFlags(ContactPoint& p, std::mt19937 random) {
+  if (random() % 4 == 0) p.flags |= POINT_FRICTION_ANCHOR;
+  if (random() % 8 == 0) {
+    p.flags |= POINT_CFM;
+    p.combinedStiffness = uniform(random, 0, 0.1f);
+  }
+  if (random() % 8 == 0) {
+    p.flags |= POINT_ERP;
+    p.combinedDamping = uniform(random, 0, 1);
+  }
+  if ((p.flags & POINT_LATERAL_FRICTION_INITIALIZED) && random() % 4 == 0) p.flags |= POINT_MOTION;
+}
+
 void addRandomPoint(ContactScene& scene, Manifold& m, std::mt19937& random, const RandomContacts& what) {
   const float4 normal = randomNormal(random);
   ContactPoint& p = scene.addPoint(m, normal, uniform(random, -0.1f, 0.03f), uniform3(random, -0.6f, 0.6f),
@@ -68,6 +82,7 @@ void addRandomPoint(ContactScene& scene, Manifold& m, std::mt19937& random, cons
     p.combinedStiffness = uniform(random, 10, 2000);
     p.combinedDamping = uniform(random, 0, 50);
   }
+  if (what.oddities) addOddFlags(p, std::mt19937(static_cast<unsigned>(scene.manifolds.size())));
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ struct ContactScene {
 
 struct RandomContacts {
   uint bodies = 40, manifolds = 80;
-  bool oddities = true;  // factors, anisotropic friction, soft contacts, contacts that are not solved
+  // Factors, anisotropic friction, soft contacts, friction anchors, contacts that are not solved.
+  bool oddities = true;
   float maxSpeed = 3;
 };
 ContactScene randomContacts(std::mt19937& random, const RandomContacts& what);
