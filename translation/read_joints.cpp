@@ -176,7 +176,7 @@ void JointReader::forEachJoint(const Work& work) {
 
 void JointReader::countRows(std::size_t i, Joint& joint) const {
   if (!m_evaluated[i] || !joint.enabled) return;
-  btTypedConstraint::btConstraintInfo1 info1;
+  btTypedConstraint::btConstraintInfo1 info1{};  // btContactConstraint leaves it as it is
   m_constraints[i]->getInfo1(&info1);
   joint.rowCount = static_cast<uint>(btMax(0, info1.m_numConstraintRows));
 }
