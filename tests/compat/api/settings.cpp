@@ -251,8 +251,6 @@ API_CASE(SolverInfo, WithoutEffect, OnDevice()) {
   info.m_articulatedWarmstartingFactor = scalar(0.1);
   info.m_restingContactRestitutionThreshold = 99;
   info.m_minimumSolverBatchSize = 1;
-  info.m_frictionERP = scalar(0.9);  // of friction anchors, as the next
-  info.m_frictionCFM = scalar(0.03);
   info.m_singleAxisRollingFrictionThreshold = scalar(0.5);
   w.probeSame("without effect", 2);
   LOG(info.m_timeStep);
@@ -451,7 +449,7 @@ API_CASE(Globals, ContactAdded, Shares("gContactAddedCallback")) {
   w.logContacts("then", true, true);  // pairs with contacts by the CPU come first
 }
 
-API_CASE(Globals, ContactsWithCfm, StockPath("contact point flags")) {
+API_CASE(Globals, ContactsWithCfm, Shares("gContactAddedCallback")) {
   lab = &w;
   const Global<ContactAddedCallback> added(gContactAddedCallback, contactWithCfm);
   const Balls b = balls(w);

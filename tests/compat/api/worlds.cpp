@@ -616,7 +616,7 @@ API_CASE(IslandManager, ByHand, OnDevice()) {
   w.step();
 }
 
-API_CASE(IslandManager, NotSplit, StockPath("setSplitIslands(false)")) {
+API_CASE(IslandManager, NotSplit, OnDevice()) {
   few(w);
   w.world.getSimulationIslandManager()->setSplitIslands(false);
   LOG(w.world.getSimulationIslandManager()->getSplitIslands());
