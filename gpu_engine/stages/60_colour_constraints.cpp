@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kFile = "stages/60_colour_constraints.cl";
 constexpr uint kLeftInTurn = 3;  // words of left[] that colourResident takes in turn
 
-// Of a group that does all rounds: of the one for those that are not worth a launch, or of each that is resident.
+// Of the one group that does all rounds that are not worth a launch.
 size_t restLanes(const ComputeDevice& device) {
   return device.device().getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>() >= 1024 ? 1024 : 256;
 }
@@ -70,8 +70,8 @@ void ColourConstraints::colourInRounds(Queue& queue, DeviceWorld& world) {
                 world.counters, world.constraints, world.manifolds, world.steps, m_bodyColours, m_claims[0],
                 m_claims[1], m_claims[2], m_left, m_headers, m_colours);
   if (groups > 0) {
-    m_resident.launch(queue, {groups * m_restLanes, m_restLanes}, capacity, world.counters, m_headers, m_claims[0],
-                      m_claims[1], m_claims[2], m_bodyColours, m_colours, m_left, world.solverTeam);
+    m_resident.launch(queue, {size_t{groups} * RESIDENT_GROUP, RESIDENT_GROUP}, capacity, world.counters, m_headers,
+                      m_claims[0], m_claims[1], m_claims[2], m_bodyColours, m_colours, m_left, world.solverTeam);
     return;
   }
   for (uint round = 0; round < rounds; ++round) {

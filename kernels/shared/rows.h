@@ -63,7 +63,7 @@ STRUCT(SlotHeader) {
 #define PASS_TORSION 8u
 #define PASS_BITS 4
 
-#define RESIDENT_GROUP 256              // and of solveResident; fits a multiprocessor with any number of registers
+#define RESIDENT_GROUP 256              // of solveResident and colourResident; fits a multiprocessor with any registers
 #define COLOUR_LIST 3840                // constraints that a group of colourResident can list: two lists in 32 KiB
 #define SOLVE_GROUP 64                  // work items of a group of solveColour, on the GPU shape
 #define COLOUR_LIMIT 64                 // colours solved in parallel; what needs more goes to the serial batch

@@ -282,7 +282,7 @@ STRUCT(OpenList) {
 // All rounds in one launch, in groups that wait for each other between them (../lib/resident.h). Each has a chunk of the
 // constraints in sight, and lists those that are left as soon as they fit. left[]: three words in turn, zero before; how
 // many are left after a round.
-KERNEL_OF(REST_LANES)
+KERNEL_OF(RESIDENT_GROUP)
 colourResident(CHECKS uint constraintCapacity, __global StepCounters* counters, __global const SlotHeader* headers,
                __global uint* claims, __global uint* nextClaims, __global uint* laterClaims,
                __global ulong* bodyColours, __global uint* colours, volatile __global uint* left,
@@ -304,7 +304,7 @@ colourResident(CHECKS uint constraintCapacity, __global StepCounters* counters, 
     if (open > REST) ++worth;
     if (lane == 0) kept = 0;
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint k = lane; k < mine; k += REST_LANES) {
+    for (uint k = lane; k < mine; k += RESIDENT_GROUP) {
       const uint c = listed ? list.now[k] : first + k;
       if (!listed && colours[c] != COLOUR_NONE) continue;
       const SlotHeader h = headers[c];
