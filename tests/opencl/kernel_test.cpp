@@ -90,19 +90,23 @@ TEST_F(KernelTest, WrongTypeIsReported) {
 }
 
 TEST_F(KernelTest, StructPointersAreTold) {
-  Kernel single(device(), "stages/95_gather_contacts.cl", "countContacts");
+  Kernel list(device(), "stages/95_gather_contacts.cl", "listContacts");
   DeviceArray<StepCounters> counters("counters");
   DeviceArray<StepParams> params("params");
-  counters.copyFromHost(queue(), {StepCounters{}});
+  StepCounters onePair{};
+  onePair.pairCount = 1;
+  counters.copyFromHost(queue(), {onePair});
   params.copyFromHost(queue(), {StepParams{}});
-  m_uints.copyFromHost(queue(), {7});
-  single.launch(queue(), {1, 1}, m_uints, m_uints, counters);
-  EXPECT_EQ(counters.toVector(queue())[0].touchingCount, 7u);
-  expectError(
-      [&] {
-        single.launch(queue(), {1, 1}, m_uints, m_uints, params);
-      },
-      {"countContacts", "argument 2", "StepCounters*", "StepParams*"});
+  DeviceArray<uint> flags("flags"), sums("sums"), touching("touching"), fresh("fresh");
+  flags.copyFromHost(queue(), {3});  // of a pair that touches and is fresh
+  for (auto* array : {&sums, &touching, &fresh}) array->copyFromHost(queue(), {7, 7});
+  const Grid grid = device().chunkGrid(1);
+  ASSERT_EQ(grid.groups(), 1u);
+  list.launch(queue(), grid, 1u, counters, flags, sums, touching, fresh);
+  EXPECT_EQ(counters.toVector(queue())[0].touchingCount, 1u);
+  EXPECT_EQ(fresh.toVector(queue()), (std::vector<uint>{0, 7}));
+  expectError([&] { list.launch(queue(), grid, 1u, params, flags, sums, touching, fresh); },
+              {"listContacts", "argument 1", "StepCounters*", "StepParams*"});
 }
 
 TEST_F(KernelTest, OptionalArgumentMayBeNull) {
