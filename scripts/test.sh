@@ -32,9 +32,9 @@ run_short() {
 
 # ---- the long list: name, then a function item_<name> -----------------------------------------------------------
 slices=(long_tests long_capacity threads install clang tidy_engine tidy_facade sanitize_engine sanitize_stages
-        sanitize_translation sanitize_compat sanitize_walk walk_0 walk_1 walk_2 walk_3 walk_4 walk_5 walk_6 walk_7 walk_8
-        walk_9)
-long_items=("${slices[@]}" short)
+        sanitize_translation sanitize_compat)
+# The long walks are no slices yet: they are to find what is still open (docs/compatibility.md, "Random walk").
+long_items=("${slices[@]}" sanitize_walk walk_{0..9} short)
 
 item_short() { run_short; }
 item_long_tests() {
