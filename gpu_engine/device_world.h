@@ -222,9 +222,9 @@ struct DeviceWorld {
   std::vector<ulong> m_keys;
   std::vector<Manifold> m_manifolds;
   std::vector<float> m_lastJointImpulses;
-  bool m_noLastImpulses = false;  // they are zeros
   std::vector<Aabb> m_noAabbs;
-  bool m_begun = false;  // what has to be there before the first step is
+  bool m_noLastImpulses = false;  // m_lastJointImpulses are zeros
+  bool m_begun = false;           // what has to be there before the first step is
   bool m_anyBorn = false;
   size_t m_knownAabbs = 0;  // of oldAabbs, those that were written
   std::vector<Joint> m_colouredJoints;
