@@ -36,13 +36,35 @@ static inline uint groupExclusiveScan(uint value, __local uint* scratch, uint* t
   return inclusive - value;
 }
 
-// sums[0] + ... + sums[count - 1], for all lanes, which must all call it.
-static inline uint groupSumBelow(__global const uint* sums, uint count, __local uint* scratch) {
-  uint sum = 0, total;
-  for (uint i = get_local_id(0); i < count; i += GROUP_SIZE) sum += sums[i];
-  groupExclusiveScan(sum, scratch, &total);
+// Sum of `value` over all lanes, which must all call it; `scratch` as above.
+static inline uint groupSum(uint value, __local uint* scratch) {
+  const uint lane = get_local_id(0);
+  scratch[lane] = value;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint half_ = GROUP_SIZE / 2; half_ > 0; half_ /= 2) {
+    if (lane < half_) scratch[lane] += scratch[lane + half_];
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  const uint total = scratch[0];
+  barrier(CLK_LOCAL_MEM_FENCE);
   return total;
 }
+
+// sums[0] + ... + sums[count - 1], for all lanes, which must all call it.
+static inline uint groupSumBelow(__global const uint* sums, uint count, __local uint* scratch) {
+  uint sum = 0;
+  for (uint i = get_local_id(0); i < count; i += GROUP_SIZE) sum += sums[i];
+  return groupSum(sum, scratch);
+}
+#endif
+
+// The sum over a group in a kernel of both shapes, which begins with SCRATCH.
+#ifdef BTGPU_SHAPE_CPU
+#define SCRATCH
+#define GROUP_SUM(value) (value)
+#else
+#define SCRATCH __local uint scratch[GROUP_SIZE]
+#define GROUP_SUM(value) groupSum(value, scratch)
 #endif
 
 #endif

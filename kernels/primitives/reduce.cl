@@ -22,17 +22,6 @@ KERNEL reduceFinal(uint groups, __global const uint* partial, __global uint* res
 
 #else
 
-static uint groupSum(uint value, __local uint* scratch) {
-  const uint lane = get_local_id(0);
-  scratch[lane] = value;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint half_ = GROUP_SIZE / 2; half_ > 0; half_ /= 2) {
-    if (lane < half_) scratch[lane] += scratch[lane + half_];
-    barrier(CLK_LOCAL_MEM_FENCE);
-  }
-  return scratch[0];
-}
-
 KERNEL reducePartial(uint capacity, __global const uint* counter, __global const uint* data, __global uint* partial) {
   __local uint scratch[GROUP_SIZE];
   const uint count = itemCount(capacity, counter);

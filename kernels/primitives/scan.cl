@@ -49,9 +49,8 @@ KERNEL scanChunkSums(uint capacity, __global const uint* counter, __global const
   for (uint i = CHUNK_BEGIN(count, get_group_id(0), get_num_groups(0)) + get_local_id(0); i < end; i += GROUP_SIZE) {
     sum += in[i];
   }
-  uint total;
-  groupExclusiveScan(sum, scratch, &total);
-  if (get_local_id(0) == 0) chunkSums[get_group_id(0)] = total;
+  sum = groupSum(sum, scratch);
+  if (get_local_id(0) == 0) chunkSums[get_group_id(0)] = sum;
 }
 
 KERNEL scanChunks(uint capacity, __global const uint* counter, __global const uint* in,

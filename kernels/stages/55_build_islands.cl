@@ -230,19 +230,6 @@ KERNEL selectJoints(CHECKS uint jointCount, __global const StepCounters* counter
   }
 }
 
-#ifdef BTGPU_SHAPE_CPU
-#define SCRATCH
-#define GROUP_SUM(value) (value)
-#else
-#define SCRATCH __local uint scratch[GROUP_SIZE]
-#define GROUP_SUM(value) groupSum(value, scratch)
-static uint groupSum(uint value, __local uint* scratch) {
-  uint total;
-  groupExclusiveScan(value, scratch, &total);
-  return total;
-}
-#endif
-
 // Whether the body is in an island that is solved.
 static int isInSolved(CHECKS uint body, uint kind, __global const uint* roots, __global const uint* islandFlags) {
   return (kind & KIND_MEMBER) && (AT(islandFlags, AT(roots, body)) & ISLAND_SOLVED);

@@ -17,19 +17,6 @@ static uint flagsOf(__global const Manifold* m, uint all) {
   return all || !isCarried(m) ? IS_TOUCHING | IS_FRESH : IS_TOUCHING;
 }
 
-#ifdef BTGPU_SHAPE_CPU
-#define SCRATCH
-#define GROUP_SUM(value) (value)
-#else
-#define SCRATCH __local uint scratch[GROUP_SIZE]
-#define GROUP_SUM(value) groupSum(value, scratch)
-static uint groupSum(uint value, __local uint* scratch) {
-  uint total;
-  groupExclusiveScan(value, scratch, &total);
-  return total;
-}
-#endif
-
 // flags[i]: what manifold i is, a chunk a group; chunkSums[2 g], [2 g + 1]: how many of chunk g touch and are fresh.
 // all: also the manifolds that are carried over.
 KERNEL markContacts(uint pairCapacity, uint all, __global const StepCounters* counters,

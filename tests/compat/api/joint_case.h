@@ -90,6 +90,42 @@ inline void logFrames(Lab& w, const btTransform& a, const btTransform& b) {
   LOG(b);
 }
 
+// What btGeneric6DofConstraint and btGeneric6DofSpring2Constraint both have, without a base that has it.
+template <typename SixDof>
+void logPose(Lab& w, SixDof& j) {
+  j.calculateTransforms();
+  LOG(j.getCalculatedTransformA());
+  LOG(j.getCalculatedTransformB());
+  for (int k = 0; k < 3; ++k) {
+    LOG(j.getAxis(k));
+    LOG(j.getAngle(k));
+    LOG(j.getRelativePivotPosition(k));
+  }
+}
+
+template <typename SixDof>
+void probeLimits(Lab& w, SixDof& j) {
+  btVector3 limit(0, 0, 0);
+  j.getLinearLowerLimit(limit);
+  LOG(limit);
+  j.getLinearUpperLimit(limit);
+  LOG(limit);
+  j.getAngularLowerLimit(limit);
+  LOG(limit);
+  j.getAngularUpperLimit(limit);
+  LOG(limit);
+  for (int axis = 0; axis < 6; ++axis) LOG(j.isLimited(axis));
+  w.probe("as made");
+  j.setLinearLowerLimit(vector(0, 0.3, 1));
+  w.probe("setLinearLowerLimit");
+  j.setLinearUpperLimit(vector(0, 0.5, -1));
+  w.probe("setLinearUpperLimit");
+  j.setAngularLowerLimit(vector(0, 0.3, 1));
+  w.probe("setAngularLowerLimit");
+  j.setAngularUpperLimit(vector(0, 0.4, -1));
+  w.probe("setAngularUpperLimit");
+}
+
 inline btTransform turned(double x, double y, double z) {
   return btTransform(btQuaternion(scalar(x), scalar(y), scalar(z)), vector(0.02, -0.01, 0.03));
 }

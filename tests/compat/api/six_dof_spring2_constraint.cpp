@@ -62,14 +62,7 @@ API_CASE(SixDofSpring2, Frames, Shares("joints")) {
 API_CASE(SixDofSpring2, Pose, Shares("joints")) {
   const Two t = twoBodies(w);
   auto* j = limited(w, t);
-  j->calculateTransforms();
-  LOG(j->getCalculatedTransformA());
-  LOG(j->getCalculatedTransformB());
-  for (int k = 0; k < 3; ++k) {
-    LOG(j->getAxis(k));
-    LOG(j->getAngle(k));
-    LOG(j->getRelativePivotPosition(k));
-  }
+  logPose(w, *j);
   w.step();
   j->calculateTransforms(t.a->getCenterOfMassTransform(), t.b->getCenterOfMassTransform());
   LOG_NEAR(j->getCalculatedTransformA());
@@ -107,24 +100,7 @@ API_CASE(SixDofSpring2, Limits, Shares("joints")) {
   const Two t = twoBodies(w, true);
   auto* j = limited(w, t);
   btVector3 limit(0, 0, 0);
-  j->getLinearLowerLimit(limit);
-  LOG(limit);
-  j->getLinearUpperLimit(limit);
-  LOG(limit);
-  j->getAngularLowerLimit(limit);
-  LOG(limit);
-  j->getAngularUpperLimit(limit);
-  LOG(limit);
-  for (int axis = 0; axis < 6; ++axis) LOG(j->isLimited(axis));
-  w.probe("as made");
-  j->setLinearLowerLimit(vector(0, 0.3, 1));
-  w.probe("setLinearLowerLimit");
-  j->setLinearUpperLimit(vector(0, 0.5, -1));
-  w.probe("setLinearUpperLimit");
-  j->setAngularLowerLimit(vector(0, 0.3, 1));
-  w.probe("setAngularLowerLimit");
-  j->setAngularUpperLimit(vector(0, 0.4, -1));
-  w.probe("setAngularUpperLimit");
+  probeLimits(w, *j);
   j->setAngularLowerLimitReversed(vector(0, -0.25, -1));
   j->getAngularLowerLimitReversed(limit);
   LOG(limit);
