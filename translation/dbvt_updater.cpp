@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kGrain = 512;     // bodies
 constexpr std::size_t kSubtrees = 256;  // that are fitted side by side
 constexpr std::size_t kFewMoved = 32;   // less than this share of the tree moved: each leaf is put in place by itself
+constexpr std::size_t kPlaceCost = 16;  // putting a leaf in place costs as much as building a tree over as many
 constexpr std::size_t kMostMoved = 4;   // at least this share moved: the tree meets itself
 constexpr std::size_t kPieces = 128;    // into which it is cut then
 
@@ -64,25 +65,6 @@ bool overlap(const btDbvtAabbMm& a, const btDbvtAabbMm& b) {
 btScalar extent(const btDbvtAabbMm& box) {
   const btVector3 edges = box.Maxs() - box.Mins();
   return edges.x() + edges.y() + edges.z();
-}
-
-void fit(btDbvtNode& node) { Merge(node.childs[0]->volume, node.childs[1]->volume, node.volume); }
-
-// All inner nodes below and including `root`, children first. Without a stack: a tree may be as deep as it has leaves.
-void fitBelow(btDbvtNode* root) {
-  const auto firstLeaf = [](btDbvtNode* node) {
-    while (node->isinternal()) node = node->childs[0];
-    return node;
-  };
-  for (btDbvtNode* node = firstLeaf(root); node != root;) {
-    btDbvtNode* parent = node->parent;
-    if (node == parent->childs[0]) {
-      node = firstLeaf(parent->childs[1]);
-    } else {
-      fit(*parent);
-      node = parent;
-    }
-  }
 }
 
 // btHashedOverlappingPairCache::findPair from many threads at once; Bullet's own counts its calls.
@@ -212,41 +194,45 @@ void DbvtUpdater::markUpdated(btDbvtBroadphase& broadphase, const std::vector<Bo
   for (const std::uint32_t i : m_moved) m_movedProxies.push_back(dbvtProxy(bounds[i].proxy));
 }
 
+// Where few moved, each leaf is put where it belongs. Where many did, most stay where they are in the tree, and the
+// nodes above are fitted to them; from time to time they are put in place after all, one by one or by building the
+// tree anew, whichever is less.
 void DbvtUpdater::placeLeaves(btDbvtBroadphase& broadphase) {
   const Zone zone("placeLeaves");
   btDbvt& tree = broadphase.m_sets[btDbvtBroadphase::DYNAMIC_SET];
-  const bool few = m_moved.size() * kFewMoved < static_cast<std::size_t>(tree.m_leaves);
+  const auto leaves = static_cast<std::size_t>(tree.m_leaves);
+  const bool few = m_moved.size() * kFewMoved < leaves;
+  std::size_t teleported = 0;
+  for (const std::uint32_t i : m_moved) teleported += m_changes[i] == Change::Teleported;
+  const bool most = m_moved.size() * kPlaceCost >= leaves;
+  const bool build = most && (teleported * kPlaceCost >= leaves || m_updates - m_built >= kPlaceEvery);
   if (!few) {
     parallelFor(m_moved.size(), kGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t k = first; k < last; ++k) m_movedProxies[k]->leaf->volume = m_volumes[m_moved[k]];
     });
-    refit(tree);
+    if (!build) refit(tree);
+  }
+  if (build) {
+    m_built = m_updates;
+    m_builder.build(tree);
+    return;
   }
   for (std::size_t k = 0; k < m_moved.size(); ++k) {
-    const bool due = m_changes[m_moved[k]] == Change::Teleported || (m_moved[k] + m_updates) % kPlaceEvery == 0;
-    if (few || due) tree.update(m_movedProxies[k]->leaf, m_volumes[m_moved[k]]);
+    const bool due = !most && (m_moved[k] + m_updates) % kPlaceEvery == 0;
+    if (few || due || m_changes[m_moved[k]] == Change::Teleported) {
+      tree.update(m_movedProxies[k]->leaf, m_volumes[m_moved[k]]);
+    }
   }
 }
 
 void DbvtUpdater::refit(btDbvt& tree) {
-  if (!tree.m_root || tree.m_root->isleaf()) return;
-  m_tops.clear();
-  m_subtrees.assign(1, tree.m_root);
-  // Level by level, until there is enough to share out.
-  while (!m_subtrees.empty() && m_subtrees.size() < kSubtrees) {
-    std::vector<btDbvtNode*> below;
-    for (btDbvtNode* node : m_subtrees) {
-      m_tops.push_back(node);
-      for (btDbvtNode* child : node->childs) {
-        if (child->isinternal()) below.push_back(child);
-      }
-    }
-    m_subtrees = std::move(below);
-  }
-  parallelFor(m_subtrees.size(), 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) fitBelow(m_subtrees[i]);
+  m_cut.make(tree.m_root, kSubtrees);
+  parallelFor(m_cut.pieces.size(), 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) fitBelow(m_cut.pieces[i]);
   });
-  for (auto it = m_tops.rbegin(); it != m_tops.rend(); ++it) fit(**it);
+  for (auto it = m_cut.above.rbegin(); it != m_cut.above.rend(); ++it) {
+    Merge((*it)->childs[0]->volume, (*it)->childs[1]->volume, (*it)->volume);
+  }
 }
 
 void DbvtUpdater::markMoved(bool moved) {
@@ -298,40 +284,22 @@ void DbvtUpdater::findPairsOfLeaves(const btDbvtBroadphase& broadphase) {
 void DbvtUpdater::findPairsOfTree(const btDbvtBroadphase& broadphase) {
   const btDbvt &moving = broadphase.m_sets[btDbvtBroadphase::DYNAMIC_SET],
                &fixed = broadphase.m_sets[btDbvtBroadphase::FIXED_SET];
-  cutTree(moving.m_root);
-  m_found.resize(m_pieces.size());
-  parallelFor(m_pieces.size(), 1, [&](std::size_t first, std::size_t last) {
+  m_cut.make(moving.m_root, kPieces);
+  m_found.resize(m_cut.pieces.size());
+  parallelFor(m_cut.pieces.size(), 1, [&](std::size_t first, std::size_t last) {
     NodePairs stack;
     for (std::size_t i = first; i < last; ++i) {
       Found& found = m_found[i];
       found.clear();
-      meet(m_pieces[i], m_pieces[i], stack, found);
-      for (std::size_t k = i + 1; k < m_pieces.size(); ++k) {
-        if (Intersect(m_pieces[i]->volume, m_pieces[k]->volume)) meet(m_pieces[i], m_pieces[k], stack, found);
+      meet(m_cut.pieces[i], m_cut.pieces[i], stack, found);
+      for (std::size_t k = i + 1; k < m_cut.pieces.size(); ++k) {
+        if (Intersect(m_cut.pieces[i]->volume, m_cut.pieces[k]->volume))
+          meet(m_cut.pieces[i], m_cut.pieces[k], stack, found);
       }
-      if (fixed.m_root && Intersect(m_pieces[i]->volume, fixed.m_root->volume))
-        meet(m_pieces[i], fixed.m_root, stack, found);
+      if (fixed.m_root && Intersect(m_cut.pieces[i]->volume, fixed.m_root->volume))
+        meet(m_cut.pieces[i], fixed.m_root, stack, found);
     }
   });
-}
-
-// Level by level, into kPieces subtrees or more; a leaf is one too.
-void DbvtUpdater::cutTree(const btDbvtNode* root) {
-  m_pieces.clear();
-  if (!root) return;
-  m_pieces.push_back(root);
-  for (bool cut = true; cut && m_pieces.size() < kPieces;) {
-    std::vector<const btDbvtNode*> below;
-    for (const btDbvtNode* node : m_pieces) {
-      if (node->isleaf()) {
-        below.push_back(node);
-      } else {
-        below.insert(below.end(), {node->childs[0], node->childs[1]});
-      }
-    }
-    cut = below.size() > m_pieces.size();
-    m_pieces = std::move(below);
-  }
 }
 
 // All pairs of a leaf below (or at) `a` and one below `b`, two nodes that overlap; if they are the same, each pair

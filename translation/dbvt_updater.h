@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bullet.h"
+#include "dbvt_builder.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -16,8 +17,9 @@ BTGPU_TRANSLATION_BEGIN
 // moved out of its old one; every two leaves that overlap, of which one moved, are a pair in the cache if the filters
 // allow it. The tree's shape and the order of pairs may differ.
 //
-// Where many leaves moved, most keep their place in the tree and the nodes above are fitted anew; each moving leaf is
-// put where it belongs in one of kPlaceEvery updates, so that the tree follows what moves far.
+// Where many leaves moved, most keep their place in the tree and the nodes above are fitted anew. So that the tree
+// follows what moves far, moving leaves are put where they belong in one of kPlaceEvery updates: each in its turn, or
+// all at once by building the tree anew.
 class DbvtUpdater {
  public:
   using ProxyPair = std::pair<btDbvtProxy*, btDbvtProxy*>;
@@ -44,16 +46,16 @@ class DbvtUpdater {
   void markMoved(bool moved);
   void findPairsOfLeaves(const btDbvtBroadphase& broadphase);
   void findPairsOfTree(const btDbvtBroadphase& broadphase);
-  void cutTree(const btDbvtNode* root);
   void meet(const btDbvtNode* a, const btDbvtNode* b, NodePairs& stack, Found& found) const;
 
   static constexpr unsigned kPlaceEvery = 32;
-  unsigned m_updates = 0;
-  std::vector<Change> m_changes;                // by element of bounds
-  std::vector<btDbvtAabbMm> m_volumes;          // the new ones, likewise
-  std::vector<std::uint32_t> m_moved;           // elements whose leaf gets a new volume
-  std::vector<btDbvtProxy*> m_movedProxies;     // those elements' proxies
-  std::vector<btDbvtNode*> m_tops, m_subtrees;  // of the tree that is fitted
+  unsigned m_updates = 0, m_built = 0;       // so many updates, and at which of them the tree was built
+  std::vector<Change> m_changes;             // by element of bounds
+  std::vector<btDbvtAabbMm> m_volumes;       // the new ones, likewise
+  std::vector<std::uint32_t> m_moved;        // elements whose leaf gets a new volume
+  std::vector<btDbvtProxy*> m_movedProxies;  // those elements' proxies
+  DbvtCut m_cut;                             // of the tree that is fitted, or meets itself
+  DbvtBuilder m_builder;
   struct Found {
     std::vector<ProxyPair> missing;  // overlapping, not in the cache; the lower id first
     std::vector<int> places;
@@ -61,9 +63,8 @@ class DbvtUpdater {
     void clear();
     void add(btDbvtProxy* a, btDbvtProxy* b, const std::vector<bool>& isMoved);
   };
-  std::vector<bool> m_isMoved;              // by id of the proxy
-  std::vector<const btDbvtNode*> m_pieces;  // of the tree that meets itself
-  std::vector<Found> m_found;               // by chunk or piece
+  std::vector<bool> m_isMoved;  // by id of the proxy
+  std::vector<Found> m_found;   // by chunk or piece
 };
 
 BTGPU_TRANSLATION_END
