@@ -154,7 +154,7 @@ void expectAsStock(const Motion& motion, int count, int groups = 1, unsigned rou
     EXPECT_TRUE(covers(pairsOf(ours.broadphase), left)) << round;
     EXPECT_TRUE(covers(pairsOf(stock.broadphase), left)) << round;
   }
-  if (rounds == 12) EXPECT_GE(pairsOf(ours.broadphase).size(), static_cast<size_t>(count / 2));
+  if (rounds == 12) { EXPECT_GE(pairsOf(ours.broadphase).size(), static_cast<size_t>(count / 2)); }
 }
 
 TEST(DbvtUpdater, ManyMove) { expectAsStock({}, 1500); }
