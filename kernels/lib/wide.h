@@ -75,28 +75,37 @@ WIDE void prefetchSoon(__global const void* from, uint bytes) {
 
 // ---- transposition between an array of float4 and lanes
 
+// clang's own, which stands behind every OpenCL for CPUs: vectors put together from elements become twice as many
+// instructions.
+#define SHUFFLE __builtin_shufflevector
+
+// Within each four lanes of two vectors: their first two elements in turn, or their last two; then by twos.
+#define UNPACK_LOW(a, b) SHUFFLE(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
+#define UNPACK_HIGH(a, b) SHUFFLE(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31)
+#define UNPACK_LOW2(a, b) SHUFFLE(a, b, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29)
+#define UNPACK_HIGH2(a, b) SHUFFLE(a, b, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31)
+
+// Each four lanes of a, b, c, d as a matrix, transposed.
 WIDE Lanes4 transposeWide(Lanes a, Lanes b, Lanes c, Lanes d) {
-  const Lanes ab0 =
-      (Lanes)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5, a.s8, b.s8, a.s9, b.s9, a.sC, b.sC, a.sD, b.sD);
-  const Lanes ab2 =
-      (Lanes)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7, a.sA, b.sA, a.sB, b.sB, a.sE, b.sE, a.sF, b.sF);
-  const Lanes cd0 =
-      (Lanes)(c.s0, d.s0, c.s1, d.s1, c.s4, d.s4, c.s5, d.s5, c.s8, d.s8, c.s9, d.s9, c.sC, d.sC, c.sD, d.sD);
-  const Lanes cd2 =
-      (Lanes)(c.s2, d.s2, c.s3, d.s3, c.s6, d.s6, c.s7, d.s7, c.sA, d.sA, c.sB, d.sB, c.sE, d.sE, c.sF, d.sF);
+  const Lanes ab0 = UNPACK_LOW(a, b), ab2 = UNPACK_HIGH(a, b), cd0 = UNPACK_LOW(c, d), cd2 = UNPACK_HIGH(c, d);
   Lanes4 t;
-  t.x = (Lanes)(ab0.s01, cd0.s01, ab0.s45, cd0.s45, ab0.s89, cd0.s89, ab0.sCD, cd0.sCD);
-  t.y = (Lanes)(ab0.s23, cd0.s23, ab0.s67, cd0.s67, ab0.sAB, cd0.sAB, ab0.sEF, cd0.sEF);
-  t.z = (Lanes)(ab2.s01, cd2.s01, ab2.s45, cd2.s45, ab2.s89, cd2.s89, ab2.sCD, cd2.sCD);
-  t.w = (Lanes)(ab2.s23, cd2.s23, ab2.s67, cd2.s67, ab2.sAB, cd2.sAB, ab2.sEF, cd2.sEF);
+  t.x = UNPACK_LOW2(ab0, cd0);
+  t.y = UNPACK_HIGH2(ab0, cd0);
+  t.z = UNPACK_LOW2(ab2, cd2);
+  t.w = UNPACK_HIGH2(ab2, cd2);
   return t;
+}
+
+WIDE Lanes joinWide(float4 a, float4 b, float4 c, float4 d) {
+  const float8 ab = SHUFFLE(a, b, 0, 1, 2, 3, 4, 5, 6, 7), cd = SHUFFLE(c, d, 0, 1, 2, 3, 4, 5, 6, 7);
+  return SHUFFLE(ab, cd, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
 }
 
 // Element from[stride * index[lane]] for every lane.
 WIDE Lanes4 gatherWide(__global const float4* from, uint stride, const uint* index) {
 #define ROW(l) from[stride * index[l]]
-  return transposeWide((Lanes)(ROW(0), ROW(4), ROW(8), ROW(12)), (Lanes)(ROW(1), ROW(5), ROW(9), ROW(13)),
-                       (Lanes)(ROW(2), ROW(6), ROW(10), ROW(14)), (Lanes)(ROW(3), ROW(7), ROW(11), ROW(15)));
+  return transposeWide(joinWide(ROW(0), ROW(4), ROW(8), ROW(12)), joinWide(ROW(1), ROW(5), ROW(9), ROW(13)),
+                       joinWide(ROW(2), ROW(6), ROW(10), ROW(14)), joinWide(ROW(3), ROW(7), ROW(11), ROW(15)));
 #undef ROW
 }
 
@@ -108,41 +117,25 @@ WIDE Lanes4 gatherHere(__global const float4* from) {
 
 // The other way round, where index[lane] is not NO_INDEX.
 WIDE void scatterWide(__global float4* to, uint stride, const uint* index, Lanes3 v, Lanes w) {
-  // Rows of the transposed 4 x 4 blocks: lanes 0, 4, 8, 12, then 1, 5, 9, 13, ...
-  const Lanes xz0 = (Lanes)(v.x.s0, v.z.s0, v.x.s1, v.z.s1, v.x.s4, v.z.s4, v.x.s5, v.z.s5, v.x.s8, v.z.s8, v.x.s9,
-                            v.z.s9, v.x.sC, v.z.sC, v.x.sD, v.z.sD);
-  const Lanes xz2 = (Lanes)(v.x.s2, v.z.s2, v.x.s3, v.z.s3, v.x.s6, v.z.s6, v.x.s7, v.z.s7, v.x.sA, v.z.sA, v.x.sB,
-                            v.z.sB, v.x.sE, v.z.sE, v.x.sF, v.z.sF);
-  const Lanes yw0 = (Lanes)(v.y.s0, w.s0, v.y.s1, w.s1, v.y.s4, w.s4, v.y.s5, w.s5, v.y.s8, w.s8, v.y.s9, w.s9, v.y.sC,
-                            w.sC, v.y.sD, w.sD);
-  const Lanes yw2 = (Lanes)(v.y.s2, w.s2, v.y.s3, w.s3, v.y.s6, w.s6, v.y.s7, w.s7, v.y.sA, w.sA, v.y.sB, w.sB, v.y.sE,
-                            w.sE, v.y.sF, w.sF);
-  const Lanes a = (Lanes)(xz0.s0, yw0.s0, xz0.s1, yw0.s1, xz0.s4, yw0.s4, xz0.s5, yw0.s5, xz0.s8, yw0.s8, xz0.s9,
-                          yw0.s9, xz0.sC, yw0.sC, xz0.sD, yw0.sD);
-  const Lanes b = (Lanes)(xz0.s2, yw0.s2, xz0.s3, yw0.s3, xz0.s6, yw0.s6, xz0.s7, yw0.s7, xz0.sA, yw0.sA, xz0.sB,
-                          yw0.sB, xz0.sE, yw0.sE, xz0.sF, yw0.sF);
-  const Lanes c = (Lanes)(xz2.s0, yw2.s0, xz2.s1, yw2.s1, xz2.s4, yw2.s4, xz2.s5, yw2.s5, xz2.s8, yw2.s8, xz2.s9,
-                          yw2.s9, xz2.sC, yw2.sC, xz2.sD, yw2.sD);
-  const Lanes d = (Lanes)(xz2.s2, yw2.s2, xz2.s3, yw2.s3, xz2.s6, yw2.s6, xz2.s7, yw2.s7, xz2.sA, yw2.sA, xz2.sB,
-                          yw2.sB, xz2.sE, yw2.sE, xz2.sF, yw2.sF);
+  const Lanes4 t = transposeWide(v.x, v.y, v.z, w);  // t.x: lanes 0, 4, 8, 12; t.y: 1, 5, 9, 13; ...
 #define PUT(l, value) \
   if (index[l] != NO_INDEX) to[stride * index[l]] = value
-  PUT(0, a.s0123);
-  PUT(4, a.s4567);
-  PUT(8, a.s89AB);
-  PUT(12, a.sCDEF);
-  PUT(1, b.s0123);
-  PUT(5, b.s4567);
-  PUT(9, b.s89AB);
-  PUT(13, b.sCDEF);
-  PUT(2, c.s0123);
-  PUT(6, c.s4567);
-  PUT(10, c.s89AB);
-  PUT(14, c.sCDEF);
-  PUT(3, d.s0123);
-  PUT(7, d.s4567);
-  PUT(11, d.s89AB);
-  PUT(15, d.sCDEF);
+  PUT(0, t.x.s0123);
+  PUT(4, t.x.s4567);
+  PUT(8, t.x.s89AB);
+  PUT(12, t.x.sCDEF);
+  PUT(1, t.y.s0123);
+  PUT(5, t.y.s4567);
+  PUT(9, t.y.s89AB);
+  PUT(13, t.y.sCDEF);
+  PUT(2, t.z.s0123);
+  PUT(6, t.z.s4567);
+  PUT(10, t.z.s89AB);
+  PUT(14, t.z.sCDEF);
+  PUT(3, t.w.s0123);
+  PUT(7, t.w.s4567);
+  PUT(11, t.w.s89AB);
+  PUT(15, t.w.sCDEF);
 #undef PUT
 }
 
