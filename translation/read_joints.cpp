@@ -128,10 +128,12 @@ void JointReader::read(btDiscreteDynamicsWorld& world, btScalar timeStep, WorldR
   m_last.joints.swap(input.joints);
   m_last.impulses.swap(m_impulses);
   m_impulses.clear();
-  input.jointRows.clear();
   input.jointImpulses.clear();
   readJoints(world, reader, missing);
-  if (!missing.empty() || m_constraints.empty()) return;
+  if (!missing.empty() || m_constraints.empty()) {
+    input.jointRows.clear();
+    return;
+  }
 
   const Zone zone("convertJoints");
   DampedBodies damped(timeStep);
@@ -187,7 +189,7 @@ void JointReader::placeRows(WorldInput& input) const {
     if (joint.rowCount > 0) joint.firstRow = static_cast<uint>(count);
     count += joint.rowCount;
   }
-  input.jointRows.resize(count);
+  input.jointRows.resize(count);  // all written below; those of the last step are not cleared, which would take as long
 }
 
 // Those of the joints' bodies whose velocities damping changes, each once.
@@ -238,24 +240,22 @@ void JointReader::readJoints(btDiscreteDynamicsWorld& world, WorldReader& reader
 // Rows are those of the last step if a joint's are as many and of the same kinds.
 void JointReader::recallImpulses(WorldInput& input) {
   if (m_last.impulses.empty()) return;
-  const std::size_t none = m_last.constraints.size();
   input.jointImpulses.assign(input.jointRows.size(), 0.0f);
-  std::unordered_map<const btTypedConstraint*, std::size_t> places;
-  bool looked = false;
-  const auto placeOf = [&](std::size_t i) {  // in the last step: usually the same
-    if (i < m_last.constraints.size() && m_last.constraints[i] == m_constraints[i]) return i;
-    for (std::size_t k = 0; !looked && k < m_last.constraints.size(); ++k) places.emplace(m_last.constraints[k], k);
-    looked = true;
-    const auto found = places.find(m_constraints[i]);
-    return found == places.end() ? none : found->second;
-  };
-  for (std::size_t i = 0; i < m_constraints.size(); ++i) {
-    const Joint& now = input.joints[i];
-    const std::size_t place = now.rowCount > 0 ? placeOf(i) : none;
-    if (place == none) continue;
-    const Joint& then = m_last.joints[place];
-    if (then.rowCount != now.rowCount || then.equalRows != now.equalRows || then.boundRows != now.boundRows) continue;
+  const auto recall = [&](const Joint& now, const Joint& then) {
+    if (then.rowCount != now.rowCount || then.equalRows != now.equalRows || then.boundRows != now.boundRows) return;
     std::copy_n(m_last.impulses.begin() + then.firstRow, now.rowCount, input.jointImpulses.begin() + now.firstRow);
+  };
+  if (m_last.constraints == m_constraints) {  // as mostly
+    parallelFor(m_constraints.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) recall(input.joints[i], m_last.joints[i]);
+    });
+    return;
+  }
+  std::unordered_map<const btTypedConstraint*, std::size_t> places;
+  for (std::size_t k = 0; k < m_last.constraints.size(); ++k) places.emplace(m_last.constraints[k], k);
+  for (std::size_t i = 0; i < m_constraints.size(); ++i) {
+    const auto found = places.find(m_constraints[i]);
+    if (found != places.end()) recall(input.joints[i], m_last.joints[found->second]);
   }
 }
 
