@@ -250,10 +250,12 @@ void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t 
     // the shadow leaves them out of its narrowphase.
     const bool isHosts = m.bucket == BUCKET_HOST;
     if ((m.pointCount == 0 && !isHosts) || !m_objects[m.bodyA] || !m_objects[m.bodyB]) continue;
-    btPersistentManifold* manifold;
+    btPersistentManifold* manifold = nullptr;
     if (i < ofPairs && !isHosts && !hasCompound(m)) {
       manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
-    } else {
+    }
+    // Those of a pair that it ignores this world has no place for: Bullet's algorithms make none then.
+    if (!manifold) {
       manifold = getDispatcher()->getNewManifold(object(m.bodyA), object(m.bodyB));
       m_loose.push_back(manifold);
     }

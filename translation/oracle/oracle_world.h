@@ -90,6 +90,9 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
 
   // True for pairs that this world's narrowphase does not look at.
   virtual bool leavesOut(const btCollisionObject&, const btCollisionObject&) const { return false; }
+  // True for pairs that must not collide and keep the contacts that they have. Of a pair that it has not seen collide
+  // this world has none.
+  virtual bool ignores(uint, uint) const { return false; }
 
   // Sets all bodies to `states` and the contact cache to `cache`: manifolds of the step before, of slots as
   // Engine::readManifolds has them. `input` tells which slots are shapes of compounds.
