@@ -140,7 +140,7 @@ TEST(FilterCallbackTest, WithIgnoredPairs) {
   expectAllOnDevice(gpu.w.world, {kShare});
 }
 
-// What the callback refuses is no pair any more once the broadphase has looked again, and its contacts are gone; a pair
+// What the callback refuses is no pair any more once the broadphase has asked again, and its contacts are gone; a pair
 // that it lets through, but that is told to ignore each other, keeps those that it has. As in stock.
 TEST(FilterCallbackTest, RefusedPairsForgetTheirContacts) {
   struct Refusing : btOverlapFilterCallback {
@@ -165,7 +165,7 @@ TEST(FilterCallbackTest, RefusedPairsForgetTheirContacts) {
     w.run(20);
     filter.refused = scene.refused->getBroadphaseHandle();
     w.world.getPairCache()->setOverlapFilterCallback(&filter);
-    w.world.refreshBroadphaseProxy(scene.refused);
+    w.world.getPairCache()->removeOverlappingPairsContainingProxy(scene.refused->getBroadphaseHandle(), &w.dispatcher);
     scene.ignoring->setIgnoreCollisionCheck(floor, true);
     w.run(30);
     return scene;
