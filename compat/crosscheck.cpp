@@ -118,7 +118,8 @@ void CrossCheck::beforeStep(btDiscreteDynamicsWorld& world, const WorldReader& r
   } catch (const std::exception& e) { giveUp(e.what()); }
 }
 
-// btgpu's manifolds that the step starts from. Those of bodies that left are dropped by the device too.
+// btgpu's manifolds that the step starts from. Those of bodies that left are dropped by the device too, and those of
+// new ones, unless they come along with them.
 void CrossCheck::readCache(const WorldReader& reader, Engine& engine, bool engineHolds, const StepResults& last) {
   const WorldInput& input = reader.input();
   m_cache.clear();
@@ -134,7 +135,7 @@ void CrossCheck::readCache(const WorldReader& reader, Engine& engine, bool engin
   }
   const auto isGone = [&](uint slot) {
     return slot >= m_shadow->slotCount() || !m_shadow->object(ownerOf(input.infos.values, slot)) ||
-           std::binary_search(input.born.begin(), input.born.end(), slot);
+           (!input.replaceManifolds && std::binary_search(input.born.begin(), input.born.end(), slot));
   };
   // Where the application filters pairs, what its callback refuses is no pair any more.
   const auto isNoPair = [&](const Manifold& m) {
