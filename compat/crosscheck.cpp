@@ -118,7 +118,8 @@ void CrossCheck::beforeStep(btDiscreteDynamicsWorld& world, const WorldReader& r
   } catch (const std::exception& e) { giveUp(e.what()); }
 }
 
-// btgpu's manifolds that the step starts from. Those of bodies that left are dropped by the device too.
+// btgpu's manifolds that the step starts from. Those of bodies that left are dropped by the device too, and those of
+// new ones, unless they come along with them.
 void CrossCheck::readCache(const WorldReader& reader, Engine& engine, bool engineHolds, const StepResults& last) {
   const WorldInput& input = reader.input();
   m_cache.clear();
@@ -134,10 +135,19 @@ void CrossCheck::readCache(const WorldReader& reader, Engine& engine, bool engin
   }
   const auto isGone = [&](uint slot) {
     return slot >= m_shadow->slotCount() || !m_shadow->object(ownerOf(input.infos.values, slot)) ||
-           std::binary_search(input.born.begin(), input.born.end(), slot);
+           (!input.replaceManifolds && std::binary_search(input.born.begin(), input.born.end(), slot));
+  };
+  // Where the application filters pairs, what its callback refuses is no pair any more.
+  const auto isNoPair = [&](const Manifold& m) {
+    const auto& infos = input.infos.values;
+    const ulong key = pairKeyOf(ownerOf(infos, m.bodyA), ownerOf(infos, m.bodyB));
+    const auto isListed = [&](ulong k) {
+      return std::binary_search(input.listedPairs.begin(), input.listedPairs.end(), k);
+    };
+    return input.onlyListedPairs && !isListed(key) && !isListed(key | PAIR_KEEPS_CONTACTS);
   };
   m_cache.erase(std::remove_if(m_cache.begin(), m_cache.end(),
-                               [&](const Manifold& m) { return isGone(m.bodyA) || isGone(m.bodyB); }),
+                               [&](const Manifold& m) { return isGone(m.bodyA) || isGone(m.bodyB) || isNoPair(m); }),
                 m_cache.end());
 }
 

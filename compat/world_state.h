@@ -91,9 +91,10 @@ struct WorldState {
   ContactAddedCallback restAddedCallback = nullptr;
   bool inStepSimulation = false;  // of btgpu's own class
   SubstepCount substeps;
-  std::shared_ptr<CrossCheck> crosscheck;  // null: not wanted
-  bool crosscheckAsked = false;            // it is known whether it is wanted
-  bool contactsBehind = false;             // the dispatcher's manifolds are those of an earlier substep
+  std::shared_ptr<CrossCheck> crosscheck;          // null: not wanted
+  bool crosscheckAsked = false;                    // it is known whether it is wanted
+  bool aabbsCurrent = true, aabbsUpdated = false;  // the host's broadphase: of all steps so far; in this step
+  bool contactsBehind = false;                     // the dispatcher's manifolds are those of an earlier substep
 
   // The next step reads the whole world anew.
   void forgetWorld() {

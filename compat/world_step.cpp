@@ -14,6 +14,7 @@
 #include "../translation/contacts.h"
 #include "../translation/damped_bodies.h"
 #include "../translation/island_tags.h"
+#include "../translation/kept_aabbs.h"
 #include "../translation/read_settings.h"
 #include "../translation/support_check.h"
 #include "../translation/virtual_table.h"
@@ -357,6 +358,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
   m_world.getDispatchInfo().m_timeStep = timeStep;
   m_world.getDispatchInfo().m_stepCount = 0;
   m_world.getDispatchInfo().m_debugDraw = m_world.getDebugDrawer();
+  m_state->aabbsUpdated = false;
   bool hostPairsDone = missing.empty() && m_state->settings.m_hostQueries && hasPairCallback(m_world);
   if (hostPairsDone) updateHostBroadphase(timeStep);
   Stopwatch watch;
@@ -403,6 +405,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
     m_state->contacts.forget();
   }
   settings = settingsOf(timeStep);  // callbacks may have changed some
+  listKeptAabbs(m_world, m_state->aabbsCurrent, m_state->reader);
   const std::shared_ptr<CrossCheck> check = crossCheckOf(*m_state);
   const bool checked = check && check->isDue();
   settings.keepContacts = m_state->settings.m_keepContacts || checked;
@@ -451,6 +454,7 @@ bool WorldStep::runOnDevice(btScalar timeStep) {
                             !m_state->settings.m_hostQueries);
   }
   m_state->contactsBehind = contacts && !last;
+  if (!m_state->aabbsUpdated) m_state->aabbsCurrent = false;
   if (settings.solver == Solver::Fast) m_state->joints.remember(m_state->results.jointImpulses);
   writeBackJoints(m_world, m_state->joints, input, m_state->results, timeStep);
   const bool unchanged = input.unchanged() && input.hostManifolds.empty();
@@ -574,6 +578,8 @@ void WorldStep::catchUpContacts() {
 // pairs.
 void WorldStep::updateHostBroadphase(btScalar timeStep) {
   const Zone zone("hostBroadphase");
+  m_state->aabbsUpdated = true;
+  if (m_world.getForceUpdateAllAabbs()) m_state->aabbsCurrent = true;
   predictTransforms(m_bodies, timeStep);
   if (overrides(&WorldMembers::updateAabbs)) {
     m_world.updateAabbs();
@@ -613,6 +619,7 @@ void WorldStep::runStock(btScalar timeStep) {
   }
   giveIslandTags();
   m_state->rest.forget();
+  if (m_world.getForceUpdateAllAabbs()) m_state->aabbsCurrent = true;
   m_state->lastPath = Path::Stock;
   ++m_state->statistics.m_stockSteps;
   if (const auto check = crossCheckOf(*m_state)) check->stockStep();

@@ -88,7 +88,7 @@ void DeviceWorld::reserveSubsteps(Queue& queue, bool torsionRows) {
   if (torsionRows) atLeast(capacities.slots * SLOT_ROLL_FIELDS, rolls);
 }
 
-// A body that is new, or not where it was, has no AABB yet; an empty one says so.
+// A body that is new, or not where it was, has no AABB yet (but those of WorldInput::keptAabbs); an empty one says so.
 static const Aabb kNoAabb = {{1, 1, 1, 0}, {-1, -1, -1, 0}};
 
 void DeviceWorld::upload(Queue& queue, const WorldInput& input) {
@@ -201,6 +201,13 @@ void DeviceWorld::uploadMeshes(Queue& queue, const MeshArrays& arrays) {
   copy(arrays.triangles, meshTriangles);
   copy(arrays.nodes, meshNodes);
   copy(arrays.parts, meshParts);
+}
+
+void DeviceWorld::keepAabbs(Queue& queue, const WorldInput& input) {
+  forgetStaleAabbs(queue, input);
+  for (const KeptAabb& kept : input.keptAabbs) {
+    queue.write(oldAabbs.buffer(), kept.slot * sizeof(Aabb), sizeof(Aabb), &kept.box, false);
+  }
 }
 
 void DeviceWorld::forgetStaleAabbs(Queue& queue, const WorldInput& input) {

@@ -179,9 +179,9 @@ struct DeviceWorld {
 
   // Brings everything that changed in `input` to the device, without waiting.
   void upload(Queue& queue, const WorldInput& input);
-  // Without setForceUpdateAllAabbs, bodies at rest keep the AABB of an earlier step. After upload(): forgets
-  // those that the application's changes made wrong.
-  void forgetStaleAabbs(Queue& queue, const WorldInput& input);
+  // Without setForceUpdateAllAabbs, bodies at rest keep the AABB of an earlier step. After upload(): takes those that
+  // the input brings, and forgets the others that the application's changes made wrong.
+  void keepAabbs(Queue& queue, const WorldInput& input);
 
   // Copies the manifolds as stage 48 left them, before the solver changes their impulses.
   void keepMatchedManifolds(Queue& queue);
@@ -215,6 +215,7 @@ struct DeviceWorld {
   void uploadLastImpulses(Queue& queue, const WorldInput& input);
   void colourJoints(Queue& queue, const WorldInput& input);
   void layJoints(Queue& queue, const std::vector<Joint>& joints);
+  void forgetStaleAabbs(Queue& queue, const WorldInput& input);
   void uploadBorn(Queue& queue, const std::vector<std::uint32_t>& bornNow, bool manifoldsKnowThem);
 
   // Host copies of uploads that may still be pending.

@@ -132,7 +132,7 @@ void WorldEngine::launchCurrent(const WorldInput& input) {
     const Zone zone("upload");
     makeRoom(input.bodyCount);
     m_world->upload(m_queue, input);
-    if (!flight.settings.forceUpdateAllAabbs) m_world->forgetStaleAabbs(m_queue, input);
+    if (!flight.settings.forceUpdateAllAabbs) m_world->keepAabbs(m_queue, input);
     makeRoomFor(flight);
   }
   enqueue(flight, false);

@@ -42,6 +42,12 @@ struct MeshArrays {
   bool changed = false;         // since the last step
 };
 
+// An AABB that stays as it is.
+struct KeptAabb {
+  std::uint32_t slot;
+  Aabb box;
+};
+
 struct WorldInput {
   // Length of every body array: slots in use and free ones (flags without BODY_PRESENT).
   std::uint32_t bodyCount = 0;
@@ -70,13 +76,20 @@ struct WorldInput {
   std::vector<Manifold> hostManifolds;
   std::vector<Aabb> hostAabbs;
 
+  // Without StepSettings::forceUpdateAllAabbs inactive bodies keep the AABB that they have, wherever they are moved. Of
+  // those that have changed the one that Bullet's broadphase has, as long as that is kept current (hostAabbsCurrent).
+  // Not of the shapes of compounds, which meet what is where they are.
+  std::vector<KeptAabb> keptAabbs;
+  bool hostAabbsCurrent = false;
+
   // All joints in the world's order and their rows, made anew each step from the poses at its start.
   std::vector<Joint> joints;
   std::vector<JointRow> jointRows;
   std::vector<float> jointImpulses;  // of the last step, by row; empty: none known. For the fast mode
 
   // Pairs that must not collide (setIgnoreCollisionCheck, joints between linked bodies): sorted keys, lower body index
-  // << 32 | higher one. Or, where the application filters pairs by a callback (onlyListedPairs), those alone that may.
+  // << 32 | higher one. Or, where the application filters pairs by a callback (onlyListedPairs), those alone that may,
+  // and behind them, with PAIR_KEEPS_CONTACTS, those that the callback let through and that must not for that reason.
   std::vector<ulong> listedPairs;
   bool onlyListedPairs = false;
 

@@ -3,33 +3,17 @@
 #include "host_contacts.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "contact_algorithm.h"
 #include "contacts.h"
 #include "convert.h"
+#include "kept_aabbs.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
 const btCollisionObject& objectOf(const btBroadphaseProxy* proxy) {
   return *static_cast<const btCollisionObject*>(proxy->m_clientObject);
-}
-
-// Bounds are rounded outwards on their way to the region's floats.
-float below(double value) {
-  const float f = static_cast<float>(value);
-  return double(f) > value ? std::nextafter(f, -std::numeric_limits<float>::infinity()) : f;
-}
-float above(double value) { return -below(-value); }
-
-Aabb aabbOf(const btBroadphaseProxy& proxy, const double (&origin)[3]) {
-  const btVector3 &lower = proxy.m_aabbMin, &upper = proxy.m_aabbMax;
-  return {{below(double(lower.x()) - origin[0]), below(double(lower.y()) - origin[1]),
-           below(double(lower.z()) - origin[2]), 0},
-          {above(double(upper.x()) - origin[0]), above(double(upper.y()) - origin[1]),
-           above(double(upper.z()) - origin[2]), 0}};
 }
 
 // What Bullet takes from a point whose friction directions the application has set.

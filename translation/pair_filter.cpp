@@ -34,8 +34,10 @@ void PairFilter::listPairs(btDiscreteDynamicsWorld& world, WorldReader& reader) 
     listed = m_sorted;
     return;
   }
-  std::vector<ulong> allowed;
+  std::vector<ulong> allowed, kept;
   std::set_difference(m_sorted.begin(), m_sorted.end(), listed.begin(), listed.end(), std::back_inserter(allowed));
+  std::set_intersection(m_sorted.begin(), m_sorted.end(), listed.begin(), listed.end(), std::back_inserter(kept));
+  for (const ulong key : kept) allowed.push_back(key | PAIR_KEEPS_CONTACTS);
   listed.swap(allowed);
 }
 

@@ -79,7 +79,7 @@ struct AxisSweep : btAxisSweep3Internal<Index> {
   }
 };
 
-static const btDbvtProxy* (*leafFinderOf(const btBroadphaseInterface& broadphase))(const btBroadphaseProxy&) {
+LeafOf leafFinderOf(const btBroadphaseInterface& broadphase) {
   if (isExactly<btDbvtBroadphase>(broadphase)) {
     return [](const btBroadphaseProxy& proxy) { return static_cast<const btDbvtProxy*>(&proxy); };
   }

@@ -14,6 +14,11 @@ struct btDbvtProxy;
 
 BTGPU_TRANSLATION_BEGIN
 
+// The leaf that the broadphase's rayTest looks at, for Bullet's own broadphases that have one; else null. Its AABB is
+// known from the start, that of an axis sweep's proxy from its first update on.
+using LeafOf = const btDbvtProxy* (*)(const btBroadphaseProxy& proxy);
+LeafOf leafFinderOf(const btBroadphaseInterface& broadphase);
+
 // Where the bounds of objects come from.
 enum class QueryBounds {
   Broadphase,  // that a query of Bullet's own would ask
@@ -81,8 +86,7 @@ class QueryReader {
   const btCollisionShape* m_lastShape = nullptr;
   const Form* m_lastForm = nullptr;
   QueryBounds m_bounds = QueryBounds::Broadphase;
-  // The leaf that the broadphase's rayTest looks at, of Bullet's own; else null: it goes by the proxy.
-  using LeafOf = const btDbvtProxy* (*)(const btBroadphaseProxy& proxy);
+  // Of Bullet's own broadphases; else null: it goes by the proxy.
   LeafOf m_leafOf = nullptr;
   QueryWorld m_world;
   FallbackList m_hostShares;

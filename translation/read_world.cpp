@@ -416,6 +416,8 @@ void WorldReader::readObject(std::uint32_t i, int shapeIndex, Changes& changes) 
   if (shapeType == SHAPE_COMPOUND) record.info.flags |= BODY_COMPOUND;
   const bool onHost = shapeType == SHAPE_HOST || (record.info.flags & BODY_HOST_CONTACTS);
   if (onHost != slot.onHost) changes.hostBodiesChanged = true;
+  // The device has manifolds of its pairs, but made without knowing the shape, and without points.
+  if (slot.onHost && !onHost) changes.born.push_back(i);
   slot.onHost = onHost;
   const bool moved = !slot.poseKnown || !sameTransform(m_knownTransforms[i], object.getWorldTransform());
   if (slot.resting && (moved || isStirred(i))) slot.resting = false;

@@ -77,7 +77,10 @@ GroupedPairs groupPairsReference(const std::vector<ulong>& keys, const std::vect
     const bool mayCollide = isListed == onlyListed;
     if (!mayCollide) {
       // btCollisionDispatcher::defaultNearCallback leaves such a pair as it is, its manifold too.
-      const bool keeps = known && !onHost(a) && !onHost(b);
+      // A pair that is not in its pair cache has none.
+      const ulong kept = bodies | PAIR_KEEPS_CONTACTS;
+      const bool inCache = !onlyListed || std::find(listed.begin(), listed.end(), kept) != listed.end();
+      const bool keeps = inCache && known && !onHost(a) && !onHost(b);
       const uint bucket = keeps ? BUCKET_CARRY : BUCKET_NONE;
       out.pairs.push_back({a, b, keeps ? static_cast<uint>(old - oldKeys.begin()) : NO_INDEX, bucket});
       continue;

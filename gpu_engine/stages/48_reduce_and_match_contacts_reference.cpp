@@ -247,6 +247,16 @@ RawContacts reduce(const RawContacts& raw, Ties& ties) {
   return out;
 }
 
+// The last of those that are equally deep.
+void moveDeepestToEnd(RawContacts& raw) {
+  if (raw.count == 0) return;
+  int deepest = 0;
+  for (int i = 1; i < raw.count; ++i) {
+    if (raw.points[i].w <= raw.points[deepest].w) deepest = i;
+  }
+  std::swap(raw.points[deepest], raw.points[raw.count - 1]);
+}
+
 bool isCarried(const Pair& p) { return p.bucket == BUCKET_CARRY || p.bucket == BUCKET_NONE || p.bucket == BUCKET_HOST; }
 
 Body bodyOf(const MatchInput& in, uint i) {
@@ -285,7 +295,11 @@ Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   // btCompoundCollisionAlgorithm::processCollision refreshes all its manifolds first, and so does each nested one.
   const int depth = std::max(in.arrays.infos[pair.bodyA].depth, in.arrays.infos[pair.bodyB].depth);
   for (int k = 0; persistent && k < depth; ++k) refresh(m, a, b, bFromA, ties);
-  const RawContacts raw = reduce(in.contacts[i], ties);
+  RawContacts raw = reduce(in.contacts[i], ties);
+  // btConvexPlaneCollisionAlgorithm adds the deepest corner; what else is shown to the manifold must not push it out.
+  if ((pair.bucket == BUCKET_BOX_PLANE || pair.bucket == BUCKET_HULL_PLANE) && raw.count <= MANIFOLD_POINTS) {
+    moveDeepestToEnd(raw);
+  }
   bool steep = raw.count > 0 && !ties.isWithin(std::fabs(raw.normal.z), kHalfSqrt2, 1e-7);
   for (int k = 0; k < raw.count; ++k) {
     // Contacts with a mesh have normals of their own.

@@ -72,6 +72,26 @@ LIB void reduceContacts(REF(RawContacts) raw) {
   raw->count = 2 + left + right;
 }
 
+// Puts the deepest of at most four candidates last: what is added to a full manifold replaces another point by the depths
+// of the last step, and so may push out what was added before it.
+LIB void deepestLast(REF(RawContacts) raw) {
+  int deepest = 0;
+  float4 p = raw->points[0], last = raw->points[0];
+  UNROLL
+  for (int i = 1; i < MANIFOLD_POINTS; ++i) {
+    if (i >= raw->count) continue;
+    last = raw->points[i];
+    if (!(last.w <= p.w)) continue;
+    p = last;
+    deepest = i;
+  }
+  UNROLL
+  for (int i = 0; i < MANIFOLD_POINTS; ++i) {
+    if (i == deepest) raw->points[i] = last;
+    if (i == raw->count - 1) raw->points[i] = p;
+  }
+}
+
 LIB float combineFriction(float product) { return clamp(product, -MAX_FRICTION, MAX_FRICTION); }
 
 // Bullet's default combination of two materials: friction, restitution, rolling, spinning.

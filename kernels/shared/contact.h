@@ -9,6 +9,8 @@ BTGPU_BEGIN
 
 #define NO_INDEX 0xffffffffu
 #define LISTED_ONLY 0x80000000u  // in the number of listed pairs: they alone may collide, and not all others
+// Among the listed pairs with LISTED_ONLY, behind the others: a pair that may not collide, but keeps what contacts it has.
+#define PAIR_KEEPS_CONTACTS (1UL << 63)  // no slot has so high a number
 #define MANIFOLD_POINTS 4  // as Bullet's MANIFOLD_CACHE_SIZE
 #define RAW_POINTS 8       // a rectangle clipped by a rectangle has at most 8 corners
 #define MATCH_GROUP 64     // pairs that a work group of stage 48 takes at once, on the GPU shape

@@ -61,9 +61,10 @@ static uint findKey(__global const ulong* keys, uint count, ulong key, REF(uint)
 
 // Turns each sorted key into a pair: manifold order, algorithm, and where its manifold of the last step is.
 // The keys of the last step belong to manifolds[] of the last step, index by index; a manifold is taken over
-// only if its two bodies are still the ones that it was made for (bodyBirth). Pairs that must not collide (listed, or
-// with LISTED_ONLY in listedCount not listed) get no algorithm; contacts that they had before stay as they are, as in
-// Bullet.
+// only if its two bodies are still the ones that it was made for (bodyBirth). Pairs that must not collide get no
+// algorithm; contacts that they had before stay as they are, as in Bullet. These are the listed ones; with LISTED_ONLY in
+// listedCount those listed with PAIR_KEEPS_CONTACTS. Then what is not listed at all is no pair of Bullet's, and forgets
+// its contacts.
 KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* counters, uint oldCapacity,
                      __global const uint* oldCount, __global const ulong* keys, __global const ulong* oldKeys,
                      __global const BodyInfo* infos, __global const Shape* shapes,
@@ -105,6 +106,11 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
       listedPlace = NO_INDEX;
     }
     const int isListed = pairsListed && findKey(listed, pairsListed, bodies, &listedPlace) != NO_INDEX;
+    if (onlyListed && !isListed && pair.oldManifold != NO_INDEX) {
+      uint place = NO_INDEX;
+      const int keeps = pairsListed && findKey(listed, pairsListed, bodies | PAIR_KEEPS_CONTACTS, &place) != NO_INDEX;
+      if (!keeps) pair.oldManifold = NO_INDEX;
+    }
     if (isListed != onlyListed) {
       pair.bucket = pair.oldManifold != NO_INDEX ? BUCKET_CARRY : BUCKET_NONE;
     }

@@ -65,6 +65,8 @@ static void match(CHECKS uint i, Pair pair, NEAR Manifold* m, __global const Ste
   ASSERT_FLOATS(raw.count == 0 || isUnit(raw.normal), raw.normal.x, raw.normal.y);
   const int isMesh = pair.bucket == BUCKET_MESH;
   reduceContacts(&raw);
+  // Stock adds the deepest corner alone. Of two boxes it takes it first.
+  if (pair.bucket == BUCKET_BOX_PLANE || pair.bucket == BUCKET_HULL_PLANE) deepestLast(&raw);
   // Candidates are relative to the shape that they were found for, points to its body.
   // Bullet's algorithms for compounds refresh what they hold before they go on to the shapes, each of nested ones.
   if (persistent) {

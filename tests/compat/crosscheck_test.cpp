@@ -154,6 +154,34 @@ TEST(CrossCheck, TakesTheHostsContactsFromTheRecord) {
   expectAgreement(w.world, 120);
 }
 
+// A body whose contacts were the host's brings them along when they are the device's again; here one that no
+// narrowphase would find.
+TEST(CrossCheck, KnowsWhatComesBackFromTheHost) {
+  CheckedWorld w(checked());
+  w.objects.add(0, w.objects.plane(btVector3(0, 1, 0), 0), btVector3(0, 0, 0));
+  btRigidBody* box = w.objects.add(1, w.objects.box(btVector3(s(0.5), s(0.5), s(0.5))), btVector3(0, s(0.5), 0));
+  const ContactAddedCallback usual = gContactAddedCallback;
+  gContactAddedCallback = [](btManifoldPoint&, const btCollisionObjectWrapper*, int, int,
+                             const btCollisionObjectWrapper*, int, int) { return false; };
+  box->setCollisionFlags(box->getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  w.run(2);
+  ASSERT_EQ(w.dispatcher.getNumManifolds(), 1);
+  btPersistentManifold& manifold = *w.dispatcher.getManifoldByIndexInternal(0);
+  ASSERT_EQ(manifold.getBody0(), box);
+  manifold.clearManifold();
+  manifold.addManifoldPoint(
+      btManifoldPoint(btVector3(0, s(-0.5), 0), btVector3(0, s(0.1), 0), btVector3(0, 1, 0), s(-0.1)));
+  box->setCollisionFlags(box->getCollisionFlags() & ~btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  w.run(1);
+  gContactAddedCallback = usual;
+  double deepest = 0;
+  for (int k = 0; k < manifold.getNumContacts(); ++k) {
+    deepest = std::min(deepest, double(manifold.getContactPoint(k).getDistance()));
+  }
+  EXPECT_NEAR(deepest, -0.1, 0.01) << "the device has it";
+  expectAgreement(w.world, 3);
+}
+
 TEST(CrossCheck, LooksAtEveryNthStep) {
   std::vector<unsigned long long> told;
   btGpuSettings settings = checked(7);

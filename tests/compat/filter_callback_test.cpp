@@ -140,5 +140,57 @@ TEST(FilterCallbackTest, WithIgnoredPairs) {
   expectAllOnDevice(gpu.w.world, {kShare});
 }
 
+// What the callback refuses is no pair any more once the broadphase has asked again, and its contacts are gone; a pair
+// that it lets through, but that is told to ignore each other, keeps those that it has. As in stock.
+TEST(FilterCallbackTest, RefusedPairsForgetTheirContacts) {
+  struct Refusing : btOverlapFilterCallback {
+    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
+      return a != refused && b != refused;
+    }
+    const btBroadphaseProxy* refused = nullptr;
+  };
+  struct Scene {
+    btRigidBody *refused, *ignoring, *other;
+  };
+  const auto run = [](auto& w, Refusing& filter) {
+    w.world.setGravity(btVector3(0, -10, 0));
+    btRigidBody* floor =
+        w.objects.add(0, const_cast<btStaticPlaneShape*>(w.objects.plane(btVector3(0, 1, 0), 0)), btVector3(0, 0, 0));
+    btCollisionShape* box = w.objects.box(btVector3(s(0.5), s(0.5), s(0.5)));
+    const Scene scene{w.objects.add(1, box, btVector3(0, s(0.5), 0)), w.objects.add(1, box, btVector3(3, s(0.5), 0)),
+                      w.objects.add(1, box, btVector3(6, s(0.5), 0))};
+    for (btRigidBody* body : {scene.refused, scene.ignoring, scene.other}) {
+      body->setActivationState(DISABLE_DEACTIVATION);
+    }
+    w.run(20);
+    filter.refused = scene.refused->getBroadphaseHandle();
+    w.world.getPairCache()->setOverlapFilterCallback(&filter);
+    w.world.getPairCache()->removeOverlappingPairsContainingProxy(scene.refused->getBroadphaseHandle(), &w.dispatcher);
+    scene.ignoring->setIgnoreCollisionCheck(floor, true);
+    w.run(30);
+    return scene;
+  };
+  Refusing ofGpu, ofStock;
+  GpuWorld gpu;
+  StockWorld stock;
+  btGpuSettings settings;
+  settings.m_crosscheckEvery = 1;
+  btGpuDynamicsWorld::configure(&gpu.world, settings);
+  const Scene ours = run(gpu, ofGpu), theirs = run(stock, ofStock);
+  const auto height = [](const btRigidBody* body) { return double(body->getWorldTransform().getOrigin().y()); };
+  EXPECT_LT(height(theirs.refused), -0.5) << "it falls through the floor";
+  EXPECT_NEAR(height(ours.refused), height(theirs.refused), 1e-3) << "it rested within the slop";
+  EXPECT_NEAR(height(theirs.ignoring), 0.5, 0.01) << "it is held by the contacts that it had";
+  EXPECT_NEAR(height(ours.ignoring), height(theirs.ignoring), 1e-3);
+  EXPECT_NEAR(height(ours.other), height(theirs.other), 1e-3);
+  EXPECT_EQ(gpu.world.crosscheck().m_failedSteps, 0u);
+  // A check that begins in the middle knows no contacts of pairs that it has not seen collide.
+  settings.m_crosscheckOtherDepths = 1e-9;
+  btGpuDynamicsWorld::configure(&gpu.world, settings);
+  gpu.run(3);
+  EXPECT_EQ(gpu.world.crosscheck().m_failedSteps, 0u);
+  expectAllOnDevice(gpu.world, {kShare});
+}
+
 }  // namespace
 }  // namespace btgpu::test

@@ -54,6 +54,42 @@ class OwnSphere : public btSphereShape {
   using btSphereShape::btSphereShape;
 };
 
+// A shape that the device lacks and then another one that it has: the device's manifold of the pair was made without
+// knowing a breaking threshold.
+TEST(HostContacts, ShapeThatBecomesTheDevices) {
+  const auto run = [](auto& w, Workshop& shop) {
+    w.world.setGravity(btVector3(0, -10, 0));
+    w.objects.add(0, const_cast<btStaticPlaneShape*>(w.objects.plane(btVector3(0, 1, 0), 0)), btVector3(0, 0, 0));
+    btRigidBody* body = w.objects.add(1, shop.make<OwnSphere>(s(0.5)), btVector3(0, s(0.5), 0));
+    body->setActivationState(DISABLE_DEACTIVATION);
+    w.run(5);
+    w.world.getPairCache()->cleanProxyFromPairs(body->getBroadphaseHandle(), &w.dispatcher);
+    body->setCollisionShape(w.objects.box(btVector3(s(0.4), s(0.5), s(0.4))));
+    w.run(5);
+  };
+  for (const bool contacts : {false, true}) {
+    Workshop shop;
+    GpuWorld gpu;
+    StockWorld stock;
+    btGpuSettings settings;
+    settings.m_contacts = contacts;
+    btGpuDynamicsWorld::configure(&gpu.world, settings);
+    run(gpu, shop);
+    run(stock, shop);
+    settings.m_contacts = true;
+    btGpuDynamicsWorld::configure(&gpu.world, settings);
+    gpu.run(1);
+    stock.run(1);
+    ASSERT_EQ(stock.dispatcher.getNumManifolds(), 1);
+    ASSERT_EQ(gpu.dispatcher.getNumManifolds(), 1) << contacts;
+    const btPersistentManifold &ours = *gpu.dispatcher.getManifoldByIndexInternal(0),
+                               &theirs = *stock.dispatcher.getManifoldByIndexInternal(0);
+    EXPECT_FLOAT_EQ(float(ours.getContactBreakingThreshold()), float(theirs.getContactBreakingThreshold())) << contacts;
+    EXPECT_EQ(ours.getNumContacts(), 4) << contacts;
+    EXPECT_EQ(gpu.world.statistics().m_stockSteps, 0u);
+  }
+}
+
 struct Dropped {
   std::string name, bulletName;
   std::function<btCollisionShape*(Workshop&)> make;

@@ -218,6 +218,46 @@ TEST(KeptAabbs, StaticBodyScaled) {
       120, 0.02);
 }
 
+// Without that call, and without being active, it keeps the AABB that it had, and is found there only: what falls on
+// the place where it is now falls through it. Near its old place it is met where it really is.
+TEST(KeptAabbs, InactiveBodyMovedUntold) {
+  for (const bool fixed : {false, true}) {
+    const auto run = [fixed](auto& y) {
+      y.w.world.setForceUpdateAllAabbs(false);
+      btCollisionShape* shape = y.w.objects.box(btVector3(1, btScalar(0.5), 1));
+      const auto place = [&](double x, double away) {
+        btRigidBody* moved = y.w.objects.add(btScalar(fixed ? 0 : 1), shape, btVector3(btScalar(x), btScalar(0.5), 10));
+        y.w.run(5);
+        if (!fixed) moved->forceActivationState(DISABLE_SIMULATION);
+        y.w.run(3);
+        btTransform at = moved->getWorldTransform();
+        at.getOrigin() += btVector3(btScalar(away), 0, 0);
+        moved->setWorldTransform(at);
+        return at.getOrigin();
+      };
+      const btVector3 far = place(0, 8), near = place(20, 0.5);
+      for (const btVector3& at : {far, near}) {
+        y.bodies.push_back(y.w.objects.add(1, y.bodies[1]->getCollisionShape(), at + btVector3(0, btScalar(1.5), 0)));
+        y.bodies.back()->setActivationState(DISABLE_DEACTIVATION);
+      }
+      y.w.run(60);
+    };
+    Yard<btGpuDynamicsWorld> gpu;
+    Yard<btDiscreteDynamicsWorld> stock;
+    btGpuSettings settings;
+    settings.m_crosscheckEvery = 1;
+    btGpuDynamicsWorld::configure(&gpu.w.world, settings);
+    run(gpu);
+    run(stock);
+    const auto heightOf = [](const btRigidBody* body) { return double(body->getWorldTransform().getOrigin().y()); };
+    const size_t last = stock.bodies.size() - 1;
+    EXPECT_NEAR(heightOf(stock.bodies[last - 1]), 0.5, 0.05) << "it lies on the ground";
+    EXPECT_GT(heightOf(stock.bodies[last]), 1.2) << "it lies on the body";
+    expectSame(gpu, stock, 0.02);
+    EXPECT_EQ(gpu.w.world.crosscheck().m_failedSteps, 0u) << fixed;
+  }
+}
+
 // A sleeping body that moved while the world was on the stock path.
 TEST(KeptAabbs, MovedOnTheStockPath) {
   const auto run = [](auto& y, const std::function<void(bool)>& stockOnly) {

@@ -174,13 +174,17 @@ TEST_F(GroupPairsTest, OnlyListedPairsSmall) {
   in.oldKeys = {pairKeyOf(0, 1), pairKeyOf(0, 2), pairKeyOf(1, 2)};
   in.world.onlyListedPairs = true;
   for (const std::vector<ulong>& listed :
-       {std::vector<ulong>{pairKeyOf(0, 1), pairKeyOf(1, 4), pairKeyOf(2, 3)}, std::vector<ulong>{}}) {
+       {std::vector<ulong>{pairKeyOf(0, 1), pairKeyOf(1, 4), pairKeyOf(2, 3), pairKeyOf(0, 2) | PAIR_KEEPS_CONTACTS,
+                           pairKeyOf(0, 4) | PAIR_KEEPS_CONTACTS},
+        std::vector<ulong>{}}) {
     in.world.listedPairs = listed;
     const auto out = expectAsReference(in);
     for (size_t i = 0; i < in.keys.size(); ++i) {
       if (std::binary_search(listed.begin(), listed.end(), in.keys[i])) continue;
-      const bool known = std::binary_search(in.oldKeys.begin(), in.oldKeys.end(), in.keys[i]);
-      EXPECT_EQ(out.pairs[i].bucket, known ? BUCKET_CARRY : BUCKET_NONE) << i;
+      // Of those that Bullet has no pair of the contacts go.
+      const bool keeps = !listed.empty() && in.keys[i] == pairKeyOf(0, 2);
+      EXPECT_EQ(out.pairs[i].bucket, keeps ? BUCKET_CARRY : BUCKET_NONE) << i;
+      EXPECT_EQ(out.pairs[i].oldManifold, keeps ? 1 : NO_INDEX) << i;
     }
   }
 }

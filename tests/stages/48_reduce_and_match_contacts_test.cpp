@@ -250,6 +250,34 @@ TEST_F(MatchContactsTest, ASheetsEightCornersAreReducedSmall) {
   EXPECT_EQ(expectAsReference(in)[0].pointCount, 2);
 }
 
+// A box that turns under a plane: its old points are all deeper than the new ones, and lose their places to them one by
+// one; none of those may push out the deepest. Of a plane's candidates it is added last, wherever it stands.
+TEST_F(MatchContactsTest, DeepestCornerOnAPlaneStaysSmall) {
+  for (const uint bucket : {BUCKET_BOX_PLANE, BUCKET_HULL_PLANE}) {
+    for (int count : {2, 3, 4, 8}) {
+      for (int deepest = 0; deepest < count; ++deepest) {
+        Stage48Input in = boxOnBox();
+        in.world.pairs[0].bucket = bucket;
+        in.contacts[0] =
+            candidates(kUp, {below(1, 1, -0.3f), below(1, -1, -0.3f), below(-1, 1, -0.3f), below(-1, -1, -0.3f)});
+        nextStep(in, device(in));
+        // It has turned: none of the old points is where it was.
+        in.world.world.pose(0).orientation = {0, std::sin(0.2f), 0, std::cos(0.2f)};
+        std::vector<float4> points;
+        for (int k = 0; k < count; ++k) {
+          const float turn = 6.2831853f * static_cast<float>(k) / static_cast<float>(count);
+          points.push_back(below(std::cos(turn), std::sin(turn), k == deepest ? -0.2f : -0.1f));
+        }
+        in.contacts[0] = candidates(kUp, points);
+        const Manifold m = expectAsReference(in)[0];
+        bool found = false;
+        for (int k = 0; k < m.pointCount; ++k) found |= std::fabs(m.points[k].localPointA.w + 0.2f) < 1e-6f;
+        EXPECT_TRUE(found) << "bucket " << bucket << ", " << deepest << " of " << count;
+      }
+    }
+  }
+}
+
 TEST_F(MatchContactsTest, NothingAfterAnOverflowSmall) {
   Stage48Input in = boxOnBox();
   in.contacts[0] = candidates(kUp, {below(0, 0, -0.01f)});

@@ -162,7 +162,7 @@ void OracleWorld::setState(const std::vector<BodyState>& states, const std::vect
   }
   m_notFilled.clear();
   ShapeManifolds known = compound.empty() ? ShapeManifolds() : findShapeManifolds();
-  replaceContacts(single, single.size());
+  replaceContacts(single, single.size(), true);
   for (Manifold& m : compound) {
     const int childA = shapeNumber(input, m.bodyA), childB = shapeNumber(input, m.bodyB);
     m.bodyA = ownerOf(infos, m.bodyA);
@@ -238,7 +238,7 @@ void OracleWorld::findContacts(btScalar timeStep) {
   performDiscreteCollisionDetection();
 }
 
-void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs) {
+void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs, bool ofThisWorldsOnly) {
   releaseLoose();
   m_replaced.assign(contacts.size(), nullptr);
   for (int i = 0; i < getDispatcher()->getNumManifolds(); ++i) {
@@ -250,10 +250,10 @@ void OracleWorld::replaceContacts(const std::vector<Manifold>& contacts, size_t 
     // the shadow leaves them out of its narrowphase.
     const bool isHosts = m.bucket == BUCKET_HOST;
     if ((m.pointCount == 0 && !isHosts) || !m_objects[m.bodyA] || !m_objects[m.bodyB]) continue;
-    btPersistentManifold* manifold;
-    if (i < ofPairs && !isHosts && !hasCompound(m)) {
-      manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
-    } else {
+    btPersistentManifold* manifold = nullptr;
+    const bool hasPlace = i < ofPairs && !isHosts && !hasCompound(m);
+    if (hasPlace) manifold = manifoldOfPair(*this, *object(m.bodyA), *object(m.bodyB));
+    if (!manifold && !(hasPlace && ofThisWorldsOnly)) {
       manifold = getDispatcher()->getNewManifold(object(m.bodyA), object(m.bodyB));
       m_loose.push_back(manifold);
     }

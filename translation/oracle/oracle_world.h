@@ -90,6 +90,9 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
 
   // True for pairs that this world's narrowphase does not look at.
   virtual bool leavesOut(const btCollisionObject&, const btCollisionObject&) const { return false; }
+  // True for pairs that must not collide and keep the contacts that they have. Of a pair that it has not seen collide
+  // this world has none.
+  virtual bool ignores(uint, uint) const { return false; }
 
   // Sets all bodies to `states` and the contact cache to `cache`: manifolds of the step before, of slots as
   // Engine::readManifolds has them. `input` tells which slots are shapes of compounds.
@@ -98,8 +101,9 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   void findContacts(btScalar timeStep);
   // Makes `contacts` the dispatcher's contacts, so that the solver works on the very same ones as btgpu's. Those behind
   // the first `ofPairs` come from the host and may be several a pair, as those of compounds: each gets a manifold of
-  // its own, until the next call.
-  void replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs);
+  // its own, until the next call. So do those of pairs that this world has not, or ignores, for which Bullet's
+  // algorithms make none; if only those of this world's are wanted, they are left out.
+  void replaceContacts(const std::vector<Manifold>& contacts, size_t ofPairs, bool ofThisWorldsOnly = false);
   // The manifold that holds contacts[i] of the last replaceContacts(); null if it has no points.
   const btPersistentManifold* replaced(size_t i) const { return m_replaced[i]; }
   // The bodies of a manifold with points, each with the number of its compound's shape that they name, or -1. Points on

@@ -2,12 +2,14 @@
 // SPDX-FileCopyrightText: 2026 The btgpu authors
 #include "shadow_world.h"
 
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 
 #include <algorithm>
 
 #include "../convert.h"
 #include "../private_access.h"
+#include "../read_queries.h"
 
 BTGPU_TRANSLATION_BEGIN
 namespace {
@@ -174,6 +176,7 @@ void ShadowWorld::follow(btDiscreteDynamicsWorld& world, const WorldReader& read
     if (body && reader.isIntegrated(static_cast<std::uint32_t>(i))) m_nonStaticRigidBodies.push_back(body);
   }
   setObjects(std::move(objects));
+  followAabbs(world, input);
 }
 
 void ShadowWorld::removeStale(const std::vector<Clone>& wanted) {
@@ -227,6 +230,32 @@ void ShadowWorld::followJoints(const WorldReader& reader, const JointReader& joi
                                                      input.jointRows.data() + joint.firstRow));
     m_constraints.push_back(m_joints.back().get());
   }
+}
+
+// Objects that are not active keep the AABBs that they have, wherever they are moved. Where the host's are not kept
+// current, the device takes those anew that the application has changed something of.
+void ShadowWorld::followAabbs(const btDiscreteDynamicsWorld& world, const WorldInput& input) {
+  if (world.getForceUpdateAllAabbs()) return;
+  const LeafOf leafOf = leafFinderOf(*world.getBroadphase());
+  const auto isIn = [](const std::vector<std::uint32_t>& list, std::size_t slot) {
+    return std::binary_search(list.begin(), list.end(), static_cast<std::uint32_t>(slot));
+  };
+  const bool all = !input.shapes.changed.empty() || input.replaceManifolds;
+  for (std::size_t i = 0; i < m_clones.size(); ++i) {
+    Clone& clone = m_clones[i];
+    if (!clone.object || clone.object->isActive()) continue;
+    if (input.hostAabbsCurrent) {
+      const btBroadphaseProxy& kept = *leafOf(*clone.original->getBroadphaseHandle());
+      pairFinder().setAabb(clone.object->getBroadphaseHandle(), kept.m_aabbMin, kept.m_aabbMax, getDispatcher());
+    } else if (all || isIn(input.poses.changed, i) || isIn(input.infos.changed, i)) {
+      updateSingleAabb(clone.object.get());
+    }
+  }
+}
+
+bool ShadowWorld::ignores(uint a, uint b) const {
+  const ulong key = pairKeyOf(a, b) | (m_onlyListed ? PAIR_KEEPS_CONTACTS : 0);
+  return std::binary_search(m_listedPairs.begin(), m_listedPairs.end(), key);
 }
 
 bool ShadowWorld::leavesOut(const btCollisionObject& a, const btCollisionObject& b) const {

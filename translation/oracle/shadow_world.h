@@ -28,6 +28,7 @@ class ShadowWorld : public OracleWorld {
   // Pairs that the application does not want to collide, and those that the host collides, with shapes and callbacks of
   // the application: their contacts come from the record.
   bool leavesOut(const btCollisionObject& a, const btCollisionObject& b) const override;
+  bool ignores(uint a, uint b) const override;
 
  protected:
   void setForces() override {}  // copied with the bodies
@@ -44,6 +45,7 @@ class ShadowWorld : public OracleWorld {
   void removeStale(const std::vector<Clone>& wanted);
   void add(Clone& clone);
   void followSettings(btDiscreteDynamicsWorld& world);
+  void followAabbs(const btDiscreteDynamicsWorld& world, const WorldInput& input);
   btRigidBody& end(const WorldReader& reader, const btRigidBody& original);
 
   std::vector<Clone> m_clones;  // by slot
