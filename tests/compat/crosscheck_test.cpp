@@ -177,6 +177,24 @@ TEST(CrossCheck, SweepsAgainstWhatTheHostCollides) {
   }
 }
 
+// A body that fell asleep keeps the box of the step before, here as long as its flight, and what that overlaps is of
+// its island: also for an oracle that begins only then.
+TEST(CrossCheck, BeginsAmongSleepers) {
+  CheckedWorld w(checked());
+  w.world.setForceUpdateAllAabbs(false);
+  w.world.setGravity(btVector3(0, 0, 0));
+  btRigidBody* sleeper = w.objects.add(1, w.objects.sphere(s(0.5)), btVector3(0, 0, 0));
+  w.objects.add(1, w.objects.sphere(s(0.3)), btVector3(s(-0.65), s(0.65), 0));
+  sleeper->setLinearVelocity(btVector3(60, 0, 0));
+  w.run(1);
+  sleeper->setLinearVelocity(btVector3(0, 0, 0));
+  sleeper->forceActivationState(ISLAND_SLEEPING);
+  btGpuDynamicsWorld::configure(&w.world, checked());
+  w.run(1);
+  EXPECT_EQ(sleeper->getActivationState(), WANTS_DEACTIVATION) << "woken by the one that it left";
+  expectAgreement(w.world, 1);
+}
+
 TEST(CrossCheck, LooksAtEveryNthStep) {
   std::vector<unsigned long long> told;
   btGpuSettings settings = checked(7);

@@ -197,6 +197,18 @@ void ShadowWorld::add(Clone& clone) {
   // The order of two bodies in a manifold is that of their proxies' ids.
   pairFinder().m_gid = clone.uniqueId - 1;
   btDiscreteDynamicsWorld::addCollisionObject(clone.object.get(), clone.group, clone.mask);
+  if (!getForceUpdateAllAabbs() && !clone.object->isActive()) keepAabb(clone);
+}
+
+// A body at rest keeps the box of the step in which it came there, which islands are merged by. The application's world
+// has it, unless its broadphase was not kept current (m_hostQueries); then the box is rarely around the body.
+void ShadowWorld::keepAabb(Clone& clone) {
+  const btBroadphaseProxy& known = *clone.original->getBroadphaseHandle();
+  btBroadphaseProxy& own = *clone.object->getBroadphaseHandle();
+  for (int k = 0; k < 3; ++k) {
+    if (known.m_aabbMin[k] > own.m_aabbMin[k] || known.m_aabbMax[k] < own.m_aabbMax[k]) return;
+  }
+  pairFinder().setAabb(&own, known.m_aabbMin, known.m_aabbMax, getDispatcher());
 }
 
 void ShadowWorld::followSettings(btDiscreteDynamicsWorld& world) {

@@ -46,6 +46,7 @@ class ShadowWorld : public OracleWorld {
   static bool sameObject(const Clone& a, const Clone& b);
   void removeStale(const std::vector<Clone>& wanted);
   void add(Clone& clone);
+  void keepAabb(Clone& clone);
   void followSettings(btDiscreteDynamicsWorld& world);
   bool mayCollide(uint slotA, uint slotB) const;
   btRigidBody& end(const WorldReader& reader, const btRigidBody& original);
