@@ -42,7 +42,7 @@ namespace btgpu {
 // What a step needs to know of the world before it is launched.
 struct WorldTraits {
   uint shapeTypes = 0;       // bit SHAPE_* for every shape in use
-  bool torsionRows = false;  // some body has rolling friction
+  bool torsionRows = false;  // some body has rolling friction, or a point of contact that the application gave it to
 
   bool has(uint shapeType) const { return (shapeTypes >> shapeType & 1u) != 0; }
   // Pairs whose contacts are found by closest features: of shapes with vertices, and with something curved.
@@ -52,6 +52,7 @@ struct WorldTraits {
   }
 };
 
+// What follows from the bodies.
 WorldTraits traitsOf(const WorldInput& input);
 
 // The stages of Solver::MassSplitting in place of 60 and 70.

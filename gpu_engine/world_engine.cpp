@@ -112,6 +112,13 @@ void WorldEngine::begin(const WorldInput& input, const StepSettings& settings) {
   }
 }
 
+// gContactAddedCallback may give a point what its bodies don't have.
+static bool haveRollingPoints(const std::vector<Manifold>& manifolds) {
+  return std::any_of(manifolds.begin(), manifolds.end(), [](const Manifold& m) {
+    return std::any_of(m.points, m.points + m.pointCount, [](const ContactPoint& p) { return p.combined.z != 0.0f; });
+  });
+}
+
 void WorldEngine::start(const WorldInput& input, const StepSettings& settings) {
   m_prefetched = adoptAhead(input, settings);
   if (!m_prefetched) {
@@ -121,6 +128,8 @@ void WorldEngine::start(const WorldInput& input, const StepSettings& settings) {
     flight.settings = settings;
     flight.contactsUnseen = m_contactsUnseen && !input.replaceManifolds;
     m_traits = traitsOf(input);
+    if (input.replaceManifolds) m_oldPointsRoll = haveRollingPoints(input.manifolds);
+    if (m_oldPointsRoll || haveRollingPoints(input.hostManifolds)) m_traits.torsionRows = true;
     launchCurrent(input);
   }
   if (mayRunAhead(input)) runAhead();

@@ -108,8 +108,9 @@ class WorldEngine {
   void query(const Work& work);
   std::unique_ptr<Queries> m_queries;
   WorldTraits m_traits;
-  Flight m_flights[2];  // the step that was begun, and the one ahead of it
-  int m_current = 0;    // which of them was begun
+  bool m_oldPointsRoll = false;  // some of the manifolds that the host replaced last
+  Flight m_flights[2];           // the step that was begun, and the one ahead of it
+  int m_current = 0;             // which of them was begun
   Ahead m_ahead = Ahead::None;
   bool m_aheadAllowed = true;           // there is memory for it
   bool m_contactsUnseen = false;        // the contacts of the last finished step were wanted later, and not sent

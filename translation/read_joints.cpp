@@ -40,6 +40,9 @@ bool takesPartInSolver(btTypedConstraint& constraint) {
   // One of Bullet's own library: what it inherits is the same function there and in the application's classes.
   const btPoint2PointConstraint plain(constraint.getRigidBodyA(), btVector3(0, 0, 0));
   if (entryOf(constraint) == entryOf(plain)) return false;
+  // Unless the application hides its inline functions (-fvisibility-inlines-hidden): then its classes have a copy of
+  // their own of what they inherit.
+  if (returnsAtOnce(entryOf(constraint))) return false;
   const auto* cone = dynamic_cast<const btConeTwistConstraint*>(&constraint);
   if (!cone) return true;
   const btConeTwistConstraint own(constraint.getRigidBodyA(), btTransform::getIdentity());

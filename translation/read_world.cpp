@@ -197,10 +197,13 @@ void WorldReader::take(Changes& changes, FallbackList& missing, FallbackList& no
 }
 
 // Gives every object of the world its slot: objects that stayed keep theirs, slots of those that left become
-// free, then new ones get the lowest free slots in the order of the world's array.
+// free, then new ones get the lowest free slots in the order of the world's array. What was added again is new too: it
+// may be another object at the address of one that is gone, and slots must not depend on addresses.
 void WorldReader::findObjects(const btCollisionObjectArray& objects) {
   const Zone zone("findObjects");
   copyElements(objects, m_objects);
+  for (const std::uint32_t slot : m_addedAgain) release(slot);
+  m_addedAgain.clear();
   m_order.resize(m_objects.size(), kNoSlot);
   m_newObjects.clear();
   for (std::size_t position = 0; position < m_objects.size(); ++position) {
@@ -215,10 +218,6 @@ void WorldReader::findObjects(const btCollisionObjectArray& objects) {
     }
   }
   removeUnseen();
-  for (const std::uint32_t slot : m_addedAgain) {
-    if (m_slots[slot].object) becomeNew(slot, m_input.born);
-  }
-  m_addedAgain.clear();
   for (const std::uint32_t i : m_newObjects) {
     const std::uint32_t slot = m_index.insert(m_objects[i]);
     growTo(m_index.slotCount());
@@ -243,15 +242,20 @@ void WorldReader::noteAdded(const btCollisionObject* object) {
 
 void WorldReader::removeUnseen() {
   for (std::uint32_t slot = 0; slot < m_slots.size(); ++slot) {
-    if (!m_slots[slot].object || m_seen[slot] == m_step) continue;
-    if (const auto* children = childrenOf(slot)) {
-      for (const std::uint32_t child : *children) releaseChild(child);
-      m_children.erase(slot);
-    }
-    m_index.erase(slot);
-    m_slots[slot] = BodySlot{};
-    update(m_input.infos, slot, BodyInfo{}, m_input.infos.changed);
+    if (m_seen[slot] != m_step) release(slot);
   }
+}
+
+// Of an object, with those of its shapes; nothing if it is free.
+void WorldReader::release(std::uint32_t slot) {
+  if (!m_slots[slot].object) return;
+  if (const auto* children = childrenOf(slot)) {
+    for (const std::uint32_t child : *children) releaseChild(child);
+    m_children.erase(slot);
+  }
+  m_index.erase(slot);
+  m_slots[slot] = BodySlot{};
+  update(m_input.infos, slot, BodyInfo{}, m_input.infos.changed);
 }
 
 void WorldReader::releaseChild(std::uint32_t slot) {

@@ -95,6 +95,7 @@ class WorldReader {
  private:
   void findObjects(const btCollisionObjectArray& objects);
   void removeUnseen();
+  void release(std::uint32_t slot);
   void becomeNew(std::uint32_t slot, std::vector<std::uint32_t>& born);
   void growTo(std::uint32_t slotCount);
   struct Bounds {

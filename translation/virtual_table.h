@@ -28,4 +28,21 @@ const void* virtualEntry(const void* table, Member member) {
   return entry;
 }
 
+// True if the function is seen to return at once, as a compiler that optimizes leaves one with an empty body; false
+// where that can't be told.
+#if defined(__x86_64__) || (defined(__aarch64__) && defined(__AARCH64EL__))
+inline bool returnsAtOnce(const void* function) {
+#ifdef __x86_64__
+  constexpr unsigned char kMark[] = {0xf3, 0x0f, 0x1e, 0xfa}, kReturn[] = {0xc3};  // endbr64; ret
+#else
+  constexpr unsigned char kMark[] = {0x5f, 0x24, 0x03, 0xd5}, kReturn[] = {0xc0, 0x03, 0x5f, 0xd6};  // bti c; ret
+#endif
+  const auto* code = static_cast<const unsigned char*>(function);
+  if (std::memcmp(code, kReturn, sizeof kReturn) == 0) return true;
+  return std::memcmp(code, kMark, sizeof kMark) == 0 && std::memcmp(code + sizeof kMark, kReturn, sizeof kReturn) == 0;
+}
+#else
+inline bool returnsAtOnce(const void*) { return false; }
+#endif
+
 }  // namespace btgpu

@@ -274,7 +274,9 @@ Manifold match(const MatchInput& in, size_t i, Ties& ties) {
   const Body a = bodyOf(in, bodyA), b = bodyOf(in, bodyB);
   Manifold m =
       pair.oldManifold == NO_INDEX ? newManifold(bodyA, bodyB, a, b) : in.arrays.oldManifolds[pair.oldManifold];
-  m.bucket = pair.bucket;
+  // Bullet makes the manifold when an algorithm first runs on the pair.
+  const bool made = pair.oldManifold != NO_INDEX && m.bucket != BUCKET_NONE;
+  m.bucket = pair.bucket == BUCKET_CARRY && !made ? BUCKET_NONE : pair.bucket;
   if (!in.unseen) {
     m.unseen = 0;
     for (int k = 0; k < m.pointCount; ++k) {

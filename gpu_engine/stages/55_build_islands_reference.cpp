@@ -90,12 +90,8 @@ void decideSleep(const std::vector<BodyInfo>& infos, const std::vector<uint>& ro
   }
 }
 
-// A pair whose algorithm has run has a manifold, with points or without.
-bool hasManifold(const Pair& pair) {
-  if (pair.bucket == BUCKET_NONE) return false;
-  if (pair.bucket == BUCKET_HOST) return true;
-  return pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX;
-}
+// A pair whose algorithm has run has a manifold in Bullet, with points or without.
+bool isMade(const Manifold& m) { return m.bucket != BUCKET_NONE; }
 
 // btCollisionObject::activate by an awake kinematic body.
 void wakeBy(const BodyInfo& waker, const BodyActivation& wakerActivation, const BodyInfo& other,
@@ -111,7 +107,7 @@ void wake(const StepParams& params, const std::vector<BodyInfo>& infos, const st
   for (size_t i = 0; i < pairs.size(); ++i) {
     const Pair& pair = pairs[i];
     const uint a = ownerOf(infos, pair.bodyA), b = ownerOf(infos, pair.bodyB);
-    if (!hasManifold(pair)) continue;
+    if (!isMade(manifolds[i])) continue;
     if ((params.flags & STEP_WAKE_BY_CONTACT) && manifolds[i].pointCount == 0) continue;
     wakeBy(infos[a], activations[a], infos[b], activations[b]);
     wakeBy(infos[b], activations[b], infos[a], activations[a]);

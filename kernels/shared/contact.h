@@ -85,7 +85,7 @@ STRUCT(ContactPoint) {
 STRUCT(Manifold) {
   uint bodyA, bodyB;          // bodies also where a compound's shape touches; anchors are in their axes
   int pointCount;
-  uint bucket;                // of the step that wrote it
+  uint bucket;                // of the step that wrote it; BUCKET_NONE also while no algorithm has run on the pair
   float breakingThreshold;    // fixed when the manifold is made, as in Bullet
   float processingThreshold;  // likewise
   uint unseen;                // 1: it may differ from what the host saw last, before this step

@@ -43,7 +43,9 @@ static void match(CHECKS uint i, Pair pair, NEAR Manifold* m, __global const Ste
                  AT(materials, bodyB));
   }
   ASSERT(m->pointCount >= 0 && m->pointCount <= MANIFOLD_POINTS, m->pointCount, pair.oldManifold);
-  m->bucket = pair.bucket;
+  // What no algorithm has ever run on has no manifold in Bullet, which stage 55 asks for.
+  const int isMade = pair.oldManifold != NO_INDEX && m->bucket != BUCKET_NONE;
+  m->bucket = pair.bucket == BUCKET_CARRY && !isMade ? BUCKET_NONE : pair.bucket;
   if (!(params->flags & STEP_CONTACTS_UNSEEN)) {
     m->unseen = 0;
     numberPoints(m);
@@ -92,6 +94,7 @@ static void copyManifold(const __global Manifold* from, Manifold* to) {
   to->bodyA = from->bodyA;
   to->bodyB = from->bodyB;
   to->pointCount = from->pointCount;
+  to->bucket = from->bucket;
   to->breakingThreshold = from->breakingThreshold;
   to->processingThreshold = from->processingThreshold;
   to->unseen = from->unseen;

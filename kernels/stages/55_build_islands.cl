@@ -107,9 +107,8 @@ KERNEL islandInit(uint bodyCount, uint turn, __global const StepCounters* counte
 
 // Bullet: an awake kinematic body wakes what it may touch, that is every pair that has a manifold, with points or, as a
 // setting, only with them.
-static int mayTouch(Pair pair) {
-  if (pair.bucket == BUCKET_HOST) return 1;
-  return pair.bucket != BUCKET_NONE && (pair.bucket != BUCKET_CARRY || pair.oldManifold != NO_INDEX);
+static int mayTouch(__global const Manifold* m, int byContact) {
+  return m->bucket != BUCKET_NONE && !(byContact && m->pointCount == 0);
 }
 
 static void wakeOther(CHECKS uint bodyA, uint bodyB, uint kindA, uint kindB, volatile __global uint* wake) {
@@ -136,8 +135,7 @@ KERNEL islandUnite(CHECKS uint pairCapacity, uint turn, __global const StepCount
     }
     if (kindA & kindB & KIND_MERGES) {
       if (somebody & SOMEBODY_RESTS) unite(WITH_CHECKS parents, pair.bodyA, pair.bodyB);
-    } else if (((kindA | kindB) & KIND_WAKER) && mayTouch(pair) &&
-               !(byContact && AT(manifolds, i).pointCount == 0)) {
+    } else if (((kindA | kindB) & KIND_WAKER) && mayTouch(&AT(manifolds, i), byContact)) {
       wakeOther(WITH_CHECKS pair.bodyA, pair.bodyB, kindA, kindB, wake);
     }
   }

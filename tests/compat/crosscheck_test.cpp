@@ -182,6 +182,47 @@ TEST(CrossCheck, KnowsWhatComesBackFromTheHost) {
   expectAgreement(w.world, 3);
 }
 
+// What stops a fast body in its sweep does so in the oracle too, though its contacts are the host's: here a ball that
+// has none yet, whose swept sphere is larger than itself. As it meets the plane with more than m_allowedCcdPenetration
+// only once gravity has been added, no contact is predicted either, and its pose is compared.
+TEST(CrossCheck, SweepsAgainstWhatTheHostCollides) {
+  for (const bool onHost : {false, true}) {
+    CheckedWorld w(checked());
+    const ContactProcessedCallback usual = gContactProcessedCallback;
+    if (onHost) gContactProcessedCallback = [](btManifoldPoint&, void*, void*) { return false; };
+    w.world.setGravity(btVector3(0, -10, 0));
+    w.objects.add(0, w.objects.plane(btVector3(0, 1, 0), 0), btVector3(0, 0, 0));
+    btRigidBody* ball = w.objects.add(1, w.objects.sphere(s(0.1)), btVector3(0, s(0.16), 0));
+    ball->setDamping(0, 0);
+    ball->setLinearVelocity(btVector3(0, s(-2.3), 0));
+    ball->setCcdMotionThreshold(s(0.01));
+    ball->setCcdSweptSphereRadius(s(0.2));
+    w.run(1);
+    gContactProcessedCallback = usual;
+    EXPECT_EQ(ball->getWorldTransform().getOrigin().y(), s(0.16)) << "stopped where it was";
+    EXPECT_EQ(ball->getHitFraction(), s(0));
+    expectAgreement(w.world, 1);
+  }
+}
+
+// A body that fell asleep keeps the box of the step before, here as long as its flight, and what that overlaps is of
+// its island: also for an oracle that begins only then.
+TEST(CrossCheck, BeginsAmongSleepers) {
+  CheckedWorld w(checked());
+  w.world.setForceUpdateAllAabbs(false);
+  w.world.setGravity(btVector3(0, 0, 0));
+  btRigidBody* sleeper = w.objects.add(1, w.objects.sphere(s(0.5)), btVector3(0, 0, 0));
+  w.objects.add(1, w.objects.sphere(s(0.3)), btVector3(s(-0.65), s(0.65), 0));
+  sleeper->setLinearVelocity(btVector3(60, 0, 0));
+  w.run(1);
+  sleeper->setLinearVelocity(btVector3(0, 0, 0));
+  sleeper->forceActivationState(ISLAND_SLEEPING);
+  btGpuDynamicsWorld::configure(&w.world, checked());
+  w.run(1);
+  EXPECT_EQ(sleeper->getActivationState(), WANTS_DEACTIVATION) << "woken by the one that it left";
+  expectAgreement(w.world, 1);
+}
+
 TEST(CrossCheck, LooksAtEveryNthStep) {
   std::vector<unsigned long long> told;
   btGpuSettings settings = checked(7);

@@ -125,6 +125,38 @@ TEST(FilterCallbackTest, SetAndTakenAway) {
   EXPECT_EQ(reported(gpu.w.world, kShare).m_count, 20u);
 }
 
+// A kinematic body wakes what it has a manifold with; a pair that was never let through has none, in no step.
+TEST(FilterCallbackTest, WhatIsKeptApartIsNotWoken) {
+  const auto run = [](auto& w, int index) {
+    ByIndex filter;
+    w.world.getPairCache()->setOverlapFilterCallback(&filter);
+    const auto box = [&](int userIndex) {
+      btCollisionShape* shape = w.objects.box(btVector3(1, 1, 1));
+      shape->setUserIndex(userIndex);
+      return shape;
+    };
+    btRigidBody* waker = w.objects.add(0, box(7), btVector3(0, 0, 0));
+    w.world.removeRigidBody(waker);
+    waker->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    waker->setActivationState(DISABLE_DEACTIVATION);
+    w.world.addRigidBody(waker);
+    btRigidBody* sleeper = w.objects.add(1, box(index), btVector3(0, s(1.5), 0));
+    w.run(2);  // both worlds know the pair
+    sleeper->forceActivationState(ISLAND_SLEEPING);
+    w.run(2);
+    w.world.getPairCache()->setOverlapFilterCallback(nullptr);
+    return sleeper->getActivationState();
+  };
+  for (const int index : {7, 8}) {
+    GpuWorld gpu;
+    StockWorld stock;
+    const int expected = run(stock, index);
+    EXPECT_EQ(expected, index == 7 ? ISLAND_SLEEPING : ACTIVE_TAG);
+    EXPECT_EQ(run(gpu, index), expected) << index;
+    expectAllOnDevice(gpu.world, {kShare});
+  }
+}
+
 // Bodies that also must not collide by setIgnoreCollisionCheck.
 TEST(FilterCallbackTest, WithIgnoredPairs) {
   Columns<GpuWorld> gpu(true);

@@ -7,6 +7,7 @@
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 
 #include <algorithm>
+#include <cfloat>
 #include <functional>
 
 #include "tests/support/test_world.h"
@@ -351,6 +352,53 @@ TEST_F(HostCallbacks, CombineCallbackForAll) {
   gCalculateCombinedFrictionCallback = slippery;
   expectAsInStock({"material combine callback"});
   EXPECT_GT(slidSecond, 1.8);
+}
+
+bool makeRough(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int, const btCollisionObjectWrapper*, int,
+               int) {
+  point.m_combinedRollingFriction = s(0.02);
+  point.m_combinedSpinningFriction = s(0.03);
+  return true;
+}
+
+// A ball rolls along a plane, turning about the upright axis too; no body has rolling friction.
+template <typename World>
+struct RollingBall : WorldOf<World> {
+  RollingBall() {
+    this->world.setGravity(btVector3(0, -10, 0));
+    auto& o = this->objects;
+    o.add(0, const_cast<btStaticPlaneShape*>(o.plane(btVector3(0, 1, 0), 0)), btVector3(0, 0, 0));
+    ball = o.add(1, o.sphere(s(0.5)), btVector3(0, s(0.5), 0));
+    ball->setLinearVelocity(btVector3(2, 0, 0));
+    ball->setAngularVelocity(btVector3(0, 3, -4));
+    ball->setDamping(0, 0);
+    ball->setCollisionFlags(ball->getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  }
+  btRigidBody* ball;
+};
+
+// Also once the ball is the device's again, whose points begin with those that the host leaves it.
+TEST_F(HostCallbacks, RollingFrictionOfPoints) {
+  constexpr int kSteps = 60;
+  RollingBall<btGpuDynamicsWorld> gpu;
+  RollingBall<btDiscreteDynamicsWorld> stock, plain;
+  // Each iteration rounds the velocities, of up to 4 / s, by half a unit for each of six rows; positions are sums of
+  // them over at most two seconds.
+  const double noise = 2 * kSteps * 10 * 6 * 0.5 * double(FLT_EPSILON) * 4;
+  for (const ContactAddedCallback callback : {makeRough, ContactAddedCallback(nullptr)}) {
+    gContactAddedCallback = callback;
+    gpu.run(kSteps);
+    stock.run(kSteps);
+    const btRigidBody &a = *gpu.ball, &b = *stock.ball;
+    EXPECT_NEAR(double((a.getLinearVelocity() - b.getLinearVelocity()).length()), 0, noise);
+    EXPECT_NEAR(double((a.getAngularVelocity() - b.getAngularVelocity()).length()), 0, noise);
+    EXPECT_NEAR(double((a.getWorldTransform().getOrigin() - b.getWorldTransform().getOrigin()).length()), 0, 2 * noise);
+  }
+  gContactAddedCallback = nullptr;
+  plain.run(kSteps);
+  EXPECT_LT(double(stock.ball->getLinearVelocity().length()), 0.95 * double(plain.ball->getLinearVelocity().length()));
+  EXPECT_LT(double(stock.ball->getAngularVelocity().y()), 0.9 * double(plain.ball->getAngularVelocity().y()));
+  EXPECT_EQ(gpu.world.statistics().m_stockSteps, 0u);
 }
 
 // A step that stock does anyway asks the application once, not once more for the device.

@@ -59,6 +59,25 @@ TEST_F(MatchContactsTest, InactiveAndContactlessPairsAreCarriedBitForBitSmall) {
   }
 }
 
+// A pair that the application does not let collide is carried from its second step on, and still has no manifold.
+TEST_F(MatchContactsTest, APairThatNeverCollidedIsKnownInAllItsStepsSmall) {
+  Stage48Input in = boxOnBox();
+  in.contacts[0] = candidates(kUp, {below(0, 0, -0.01f)});
+  in.world.pairs[0].bucket = BUCKET_CARRY;  // of inactive bodies
+  nextStep(in, expectAsReference(in));
+  EXPECT_EQ(in.world.oldManifolds[0].bucket, BUCKET_NONE);
+  for (const uint bucket : {BUCKET_NONE, BUCKET_CARRY, BUCKET_CARRY}) {
+    in.world.pairs[0].bucket = bucket;
+    nextStep(in, expectAsReference(in));
+    EXPECT_EQ(in.world.oldManifolds[0].bucket, BUCKET_NONE);
+  }
+  in.world.pairs[0].bucket = BUCKET_BOX_BOX;
+  nextStep(in, expectAsReference(in));
+  in.world.pairs[0].bucket = BUCKET_CARRY;
+  nextStep(in, expectAsReference(in));
+  EXPECT_EQ(in.world.oldManifolds[0].bucket, BUCKET_CARRY);
+}
+
 TEST_F(MatchContactsTest, MatchedPointsKeepAgeAndImpulsesSmall) {
   Stage48Input in = boxOnBox();
   in.contacts[0] = candidates(kUp, {below(0.5f, 0, -0.01f), below(-0.5f, 0, -0.01f)});

@@ -44,12 +44,13 @@ struct IslandScene {
   }
   BodyActivation& activation(uint body) { return builder.activation(body); }
 
-  void touch(uint a, uint b, int points = 4, uint bucket = BUCKET_SPHERE_SPHERE, uint oldManifold = NO_INDEX) {
-    pairs.push_back({a, b, oldManifold, bucket});
+  void touch(uint a, uint b, int points = 4, uint bucket = BUCKET_SPHERE_SPHERE) {
+    pairs.push_back({a, b, NO_INDEX, bucket});
     Manifold m{};
     m.bodyA = a;
     m.bodyB = b;
     m.pointCount = points;
+    m.bucket = bucket;
     manifolds.push_back(m);
   }
   // A manifold that the host found for a pair; there may be several.
@@ -321,18 +322,18 @@ TEST_F(BuildIslandsTest, KinematicWakesSmall) {
   struct Case {
     uint flags;
     int state;
-    uint bucket, oldManifold;
+    uint bucket;
     bool wakes;
   };
   const Case cases[] = {
-      {BODY_KINEMATIC, STATE_ACTIVE, BUCKET_SPHERE_SPHERE, NO_INDEX, true},
-      {BODY_KINEMATIC, STATE_DISABLE_DEACTIVATION, BUCKET_SPHERE_SPHERE, NO_INDEX, true},
-      {BODY_KINEMATIC, STATE_DISABLE_SIMULATION, BUCKET_CARRY, 0, true},
-      {BODY_KINEMATIC, STATE_DISABLE_SIMULATION, BUCKET_CARRY, NO_INDEX, false},
-      {BODY_KINEMATIC, STATE_ACTIVE, BUCKET_NONE, 0, false},
-      {BODY_KINEMATIC, STATE_SLEEPING, BUCKET_SPHERE_SPHERE, 0, false},
-      {BODY_KINEMATIC | BODY_NO_RESPONSE, STATE_ACTIVE, BUCKET_SPHERE_SPHERE, 0, false},
-      {BODY_STATIC, STATE_ACTIVE, BUCKET_SPHERE_SPHERE, 0, false},
+      {BODY_KINEMATIC, STATE_ACTIVE, BUCKET_SPHERE_SPHERE, true},
+      {BODY_KINEMATIC, STATE_DISABLE_DEACTIVATION, BUCKET_SPHERE_SPHERE, true},
+      {BODY_KINEMATIC, STATE_DISABLE_SIMULATION, BUCKET_CARRY, true},
+      {BODY_KINEMATIC, STATE_DISABLE_SIMULATION, BUCKET_NONE, false},
+      {BODY_KINEMATIC, STATE_ACTIVE, BUCKET_NONE, false},
+      {BODY_KINEMATIC, STATE_SLEEPING, BUCKET_SPHERE_SPHERE, false},
+      {BODY_KINEMATIC | BODY_NO_RESPONSE, STATE_ACTIVE, BUCKET_SPHERE_SPHERE, false},
+      {BODY_STATIC, STATE_ACTIVE, BUCKET_SPHERE_SPHERE, false},
   };
   for (size_t c = 0; c < std::size(cases); ++c) {
     for (const bool swapped : {false, true}) {
@@ -340,7 +341,7 @@ TEST_F(BuildIslandsTest, KinematicWakesSmall) {
       for (uint i = 0; i < 3; ++i) scene.activation(i).deactivationTime = 4;
       scene.setFlags(0, cases[c].flags);
       scene.activation(0).state = cases[c].state;
-      scene.touch(swapped ? 1 : 0, swapped ? 0 : 1, 0, cases[c].bucket, cases[c].oldManifold);
+      scene.touch(swapped ? 1 : 0, swapped ? 0 : 1, 0, cases[c].bucket);
       scene.touch(1, 2);
       const auto result = expectAsReference(scene);
       EXPECT_EQ(result.activations[1].state, cases[c].wakes ? STATE_ACTIVE : STATE_SLEEPING) << "case " << c;
@@ -450,8 +451,7 @@ IslandScene randomScene(uint bodies, double degree, unsigned seed) {
   for (const auto& [low, high] : keys) {
     const bool swapped = random() % 2 == 0;
     const int points = static_cast<int>(random() % 5);
-    scene.touch(swapped ? high : low, swapped ? low : high, points, random() % BUCKET_COUNT,
-                random() % 2 ? NO_INDEX : 0);
+    scene.touch(swapped ? high : low, swapped ? low : high, points, random() % BUCKET_COUNT);
   }
   return scene;
 }

@@ -86,7 +86,7 @@ TEST(Slots, RemovedAndAddedAgainBetweenStepsIsANewBody) {
 TEST(Slots, NotedAsAddedIsANewBody) {
   FourBodies w;
   w.reader.noteAdded(w.bodies[2]);
-  EXPECT_EQ(w.step(), (Upload{{"born", {2}}}));
+  EXPECT_EQ(w.step(), (Upload{{"born", {2}}, {"infos", {2}}}));
   EXPECT_EQ(w.step(), Upload{});
   w.reader.noteAdded(w.make(1, w.bodies[0]->getCollisionShape(), btVector3(0, 0, 0)));  // not known yet
   EXPECT_EQ(w.step(), Upload{});
@@ -115,6 +115,24 @@ TEST(Slots, AnotherBodyAtTheSameAddress) {
   EXPECT_EQ(upload.at("velocities"), (Slots{4}));
   w.world.removeRigidBody(body);
   body->~btRigidBody();
+}
+
+// What a body does depends on slots (the order of rows), so slots may not depend on what address the allocator gave.
+TEST(Slots, AreTheSameAtWhateverAddress) {
+  for (const bool sameAddress : {false, true}) {
+    FourBodies w;
+    w.world.removeRigidBody(w.bodies[1]);
+    w.step();  // slot 1 is free
+    w.world.removeRigidBody(w.bodies[3]);
+    btRigidBody* fresh = sameAddress ? w.bodies[3] : w.make(1, w.box, btVector3(9, 0, 0));
+    w.world.addRigidBody(fresh);
+    w.reader.noteAdded(fresh);
+    w.step();
+    EXPECT_EQ(w.slot(fresh), 1u) << sameAddress;
+    EXPECT_EQ(w.slot(w.add(1, w.box, btVector3(12, 0, 0))), kNoSlot);
+    w.step();
+    EXPECT_EQ(w.slot(static_cast<btRigidBody*>(w.world.getCollisionObjectArray()[3])), 3u) << sameAddress;
+  }
 }
 
 TEST(Slots, ClearForgetsEverything) {

@@ -13,7 +13,8 @@
 BTGPU_TRANSLATION_BEGIN
 
 bool OracleDispatcher::needsCollision(const btCollisionObject* a, const btCollisionObject* b) {
-  return btCollisionDispatcher::needsCollision(a, b) && !m_world.leavesOut(*a, *b);
+  return btCollisionDispatcher::needsCollision(a, b) &&
+         !(m_world.m_sweeps ? m_world.passes(*a, *b) : m_world.leavesOut(*a, *b));
 }
 
 void TightBroadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& lower, const btVector3& upper,
@@ -281,7 +282,9 @@ void OracleWorld::solve(btScalar timeStep, int iterations) {
 }
 
 void OracleWorld::finish(btScalar timeStep) {
+  m_sweeps = true;
   integrateTransforms(timeStep);
+  m_sweeps = false;
   updateActivationState(timeStep);
   clearForces();
 }

@@ -43,7 +43,7 @@ struct Velocity {
 
 class OracleWorld;
 
-// Asks the world which pairs it leaves out.
+// Asks the world which pairs it leaves out, of the narrowphase or of sweeps.
 class OracleDispatcher : public btCollisionDispatcher {
  public:
   OracleDispatcher(btCollisionConfiguration* configuration, const OracleWorld& world)
@@ -93,6 +93,8 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   // True for pairs that must not collide and keep the contacts that they have. Of a pair that it has not seen collide
   // this world has none.
   virtual bool ignores(uint, uint) const { return false; }
+  // True for pairs of which the one that is fast passes through the other.
+  virtual bool passes(const btCollisionObject&, const btCollisionObject&) const { return false; }
 
   // Sets all bodies to `states` and the contact cache to `cache`: manifolds of the step before, of slots as
   // Engine::readManifolds has them. `input` tells which slots are shapes of compounds.
@@ -123,7 +125,7 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   void reverseContacts();
   // Islands and solver, as in stock's step; `iterations` < 0: the world's own number.
   void solve(btScalar timeStep, int iterations = -1);
-  // The rest of stock's step.
+  // The rest of stock's step, with the sweeps of fast bodies.
   void finish(btScalar timeStep);
 
   // By slot, as all lists of states and velocities.
@@ -148,6 +150,8 @@ class OracleWorld : private OracleParts, public btDiscreteDynamicsWorld {
   bool hasCompound(const Manifold& m) const;
   void releaseLoose();
 
+  friend class OracleDispatcher;
+  bool m_sweeps = false;  // the step is past the narrowphase
   std::set<ShapePair> m_notFilled;
   std::vector<btCollisionObject*> m_objects;
   std::vector<uint> m_slots;  // by the objects' position in the world

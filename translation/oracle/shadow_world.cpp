@@ -131,8 +131,8 @@ ShadowWorld::Clone ShadowWorld::describe(const btCollisionObject& original) {
   clone.shape = original.getCollisionShape();
   clone.flags = original.getCollisionFlags();
   clone.type = original.getInternalType();
-  clone.group = proxy.m_collisionFilterGroup;
-  clone.mask = proxy.m_collisionFilterMask;
+  clone.group = clone.ownGroup = proxy.m_collisionFilterGroup;
+  clone.mask = clone.ownMask = proxy.m_collisionFilterMask;
   clone.uniqueId = proxy.m_uniqueId;
   return clone;
 }
@@ -166,6 +166,8 @@ void ShadowWorld::follow(btDiscreteDynamicsWorld& world, const WorldReader& read
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (!wanted[i].original) continue;
     if (m_clones[i].object) {
+      m_clones[i].ownGroup = wanted[i].ownGroup;
+      m_clones[i].ownMask = wanted[i].ownMask;
       copyTo(*m_clones[i].object, *wanted[i].original);
     } else {
       m_clones[i] = std::move(wanted[i]);
@@ -260,8 +262,20 @@ bool ShadowWorld::ignores(uint a, uint b) const {
 
 bool ShadowWorld::leavesOut(const btCollisionObject& a, const btCollisionObject& b) const {
   const uint slotA = slotOf(a), slotB = slotOf(b);
-  if (slotA == NO_INDEX || slotB == NO_INDEX || m_onHost[slotA] || m_onHost[slotB]) return true;
-  return std::binary_search(m_listedPairs.begin(), m_listedPairs.end(), pairKeyOf(slotA, slotB)) != m_onlyListed;
+  return slotA == NO_INDEX || slotB == NO_INDEX || m_onHost[slotA] || m_onHost[slotB] || !mayCollide(slotA, slotB);
+}
+
+bool ShadowWorld::passes(const btCollisionObject& a, const btCollisionObject& b) const {
+  const uint slotA = slotOf(a), slotB = slotOf(b);
+  if (slotA == NO_INDEX || slotB == NO_INDEX) return true;
+  const Clone &x = m_clones[slotA], &y = m_clones[slotB];
+  const bool matches = (x.ownGroup & y.ownMask) && (y.ownGroup & x.ownMask);
+  return !matches || !mayCollide(slotA, slotB);
+}
+
+// As far as the application has a say in it.
+bool ShadowWorld::mayCollide(uint slotA, uint slotB) const {
+  return std::binary_search(m_listedPairs.begin(), m_listedPairs.end(), pairKeyOf(slotA, slotB)) == m_onlyListed;
 }
 
 BTGPU_TRANSLATION_END

@@ -29,6 +29,8 @@ class ShadowWorld : public OracleWorld {
   // the application: their contacts come from the record.
   bool leavesOut(const btCollisionObject& a, const btCollisionObject& b) const override;
   bool ignores(uint a, uint b) const override;
+  // Sweeps are Bullet's own, of pairs of the host too, and ask for groups and masks as well as for a filter.
+  bool passes(const btCollisionObject& a, const btCollisionObject& b) const override;
 
  protected:
   void setForces() override {}  // copied with the bodies
@@ -39,6 +41,7 @@ class ShadowWorld : public OracleWorld {
     const btCollisionObject* original = nullptr;
     const btCollisionShape* shape = nullptr;
     int flags = 0, type = 0, group = 0, mask = 0, uniqueId = 0;
+    int ownGroup = 0, ownMask = 0;  // the original's now, whatever the clone has
   };
   static Clone describe(const btCollisionObject& original);
   static bool sameObject(const Clone& a, const Clone& b);
@@ -46,6 +49,7 @@ class ShadowWorld : public OracleWorld {
   void add(Clone& clone);
   void followSettings(btDiscreteDynamicsWorld& world);
   void followAabbs(const btDiscreteDynamicsWorld& world, const WorldInput& input);
+  bool mayCollide(uint slotA, uint slotB) const;
   btRigidBody& end(const WorldReader& reader, const btRigidBody& original);
 
   std::vector<Clone> m_clones;  // by slot
