@@ -39,11 +39,13 @@ Scan::Scan(ComputeDevice& device)
 
 void Scan::exclusive(Queue& queue, Count count, const DeviceArray<uint>& in, DeviceArray<uint>& out,
                      DeviceArray<uint>& total) {
-  const Grid grid = queue.device().chunkGrid(count.capacity);
+  // The only chunk begins at zero.
+  const bool one = queue.device().isForOne(count.capacity);
+  const Grid grid = one ? Grid{} : queue.device().chunkGrid(count.capacity);
   m_sums.resize(queue, grid.groups());
   out.resize(queue, count.capacity);
   total.resize(queue, 1);
-  m_chunkSums.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums);
+  if (!one) m_chunkSums.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums);
   m_chunks.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums, out, total);
 }
 
