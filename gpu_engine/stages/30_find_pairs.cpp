@@ -7,8 +7,9 @@ namespace {
 
 constexpr const char* kFile = "stages/30_find_pairs.cl";
 
-// Steps that one order of the bodies serves for. They don't move far in so few, and no result depends on it.
-constexpr uint kStepsPerSort = 4;
+// Steps that one order of the bodies serves for. They don't move far in so few, and no result depends on it. On a CPU
+// the launches of a sort cost more than a tree that is a little worse.
+uint stepsPerSort(const ComputeDevice& device) { return device.shape() == KernelShape::Cpu ? 8 : 4; }
 
 }  // namespace
 
@@ -21,7 +22,7 @@ FindPairs::FindPairs(ComputeDevice& device)
 
 void FindPairs::sortBodies(Queue& queue, const DeviceWorld& world) {
   const size_t bodies = world.bodyCount;
-  if (m_sortedBodies == bodies && m_stepsSinceSort < kStepsPerSort) {
+  if (m_sortedBodies == bodies && m_stepsSinceSort < stepsPerSort(queue.device())) {
     ++m_stepsSinceSort;
     return;
   }
