@@ -139,12 +139,16 @@ btDbvtNode* DbvtBuilder::build(std::size_t first, std::size_t count, bool mayPee
   return &node;
 }
 
-void DbvtBuilder::build(btDbvt& tree, LeafList& leaves) {
-  leaves.clear();
+void DbvtBuilder::build(btDbvt& tree) {
+  m_items.clear();
   if (!tree.m_root) return;
   collect(tree.m_root);
   tree.m_root = build(0, m_items.size(), true);
   tree.m_root->parent = nullptr;
+}
+
+void DbvtBuilder::listLeaves(LeafList& leaves) const {
+  leaves.clear();
   for (const Item& item : m_items) leaves.push_back(item.leaf);
 }
 

@@ -28,8 +28,9 @@ void fitBelow(btDbvtNode* root, LeafList& leaves);
 // Leaves and inner nodes stay the objects they were. The same tree gives the same tree on any number of threads.
 class DbvtBuilder {
  public:
-  // Lists the leaves, from left to right.
-  void build(btDbvt& tree, LeafList& leaves);
+  void build(btDbvt& tree);
+  // Those of the tree that was built last, from left to right.
+  void listLeaves(LeafList& leaves) const;
 
  private:
   struct Item {

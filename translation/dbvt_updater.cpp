@@ -200,8 +200,9 @@ void DbvtUpdater::placeLeaves(btDbvtBroadphase& broadphase) {
   }
   if (build) {
     m_built = m_updates;
+    m_builder.build(tree);
     m_leaves.resize(1);
-    m_builder.build(tree, m_leaves.front());
+    m_builder.listLeaves(m_leaves.front());
     return;
   }
   for (std::size_t k = 0; k < m_moved.size(); ++k) {
