@@ -63,9 +63,10 @@ void DbvtCut::make(btDbvtNode* root, std::size_t wanted) {
   }
 }
 
-void fitBelow(btDbvtNode* root) {
+void fitBelow(btDbvtNode* root, LeafList& leaves) {
+  leaves.clear();
   walkBelow(
-      root, [](btDbvtNode*) {}, [](btDbvtNode* node) { fit(*node); });
+      root, [&leaves](btDbvtNode* leaf) { leaves.push_back(leaf); }, [](btDbvtNode* node) { fit(*node); });
 }
 
 void DbvtBuilder::collect(btDbvtNode* root) {
@@ -139,10 +140,16 @@ btDbvtNode* DbvtBuilder::build(std::size_t first, std::size_t count, bool mayPee
 }
 
 void DbvtBuilder::build(btDbvt& tree) {
+  m_items.clear();
   if (!tree.m_root) return;
   collect(tree.m_root);
   tree.m_root = build(0, m_items.size(), true);
   tree.m_root->parent = nullptr;
+}
+
+void DbvtBuilder::listLeaves(LeafList& leaves) const {
+  leaves.clear();
+  for (const Item& item : m_items) leaves.push_back(item.leaf);
 }
 
 BTGPU_TRANSLATION_END

@@ -19,14 +19,18 @@ struct DbvtCut {
   void make(btDbvtNode* root, std::size_t wanted);
 };
 
-// The volumes of all inner nodes below and including `root`, children first.
-void fitBelow(btDbvtNode* root);
+using LeafList = std::vector<const btDbvtNode*>;
+
+// The volumes of all inner nodes below and including `root`, children first. Lists the leaves, from left to right.
+void fitBelow(btDbvtNode* root, LeafList& leaves);
 
 // Builds a tree over the leaves that it has anew, from the top, by halves along the longest axis; on several threads.
 // Leaves and inner nodes stay the objects they were. The same tree gives the same tree on any number of threads.
 class DbvtBuilder {
  public:
   void build(btDbvt& tree);
+  // Those of the tree that was built last, from left to right.
+  void listLeaves(LeafList& leaves) const;
 
  private:
   struct Item {

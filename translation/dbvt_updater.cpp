@@ -5,7 +5,6 @@
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
 #include <algorithm>
-#include <tuple>
 
 #include "../gpu_engine/zone.h"
 #include "exact_type.h"
@@ -16,12 +15,11 @@
 BTGPU_TRANSLATION_BEGIN
 namespace {
 
-constexpr std::size_t kGrain = 512;     // bodies
-constexpr std::size_t kSubtrees = 256;  // that are fitted side by side
+constexpr std::size_t kGrain = 512;                     // bodies
+constexpr std::size_t kSubtrees = 256, kFitGrain = 16;  // that are fitted side by side
 constexpr std::size_t kFewMoved = 32;   // less than this share of the tree moved: each leaf is put in place by itself
 constexpr std::size_t kPlaceCost = 16;  // putting a leaf in place costs as much as building a tree over as many
-constexpr std::size_t kMostMoved = 4;   // at least this share moved: the tree meets itself
-constexpr std::size_t kPieces = 128;    // into which it is cut then
+constexpr std::size_t kMostMoved = 4;   // at least this share moved: all leaves meet all others, in blocks
 
 btDbvtProxy* dbvtProxy(btBroadphaseProxy* proxy) { return static_cast<btDbvtProxy*>(proxy); }
 
@@ -53,18 +51,6 @@ btDbvtAabbMm withMargin(const btDbvtBroadphase& broadphase, const btDbvtProxy& p
   volume.Expand(btVector3(gDbvtMargin, gDbvtMargin, gDbvtMargin));
   volume.SignedExpand(ahead);
   return volume;
-}
-
-// btDbvtAabbMm's Intersect without branches.
-bool overlap(const btDbvtAabbMm& a, const btDbvtAabbMm& b) {
-  const btVector3 &lowerA = a.Mins(), &upperA = a.Maxs(), &lowerB = b.Mins(), &upperB = b.Maxs();
-  return (lowerA.x() <= upperB.x()) & (upperA.x() >= lowerB.x()) & (lowerA.y() <= upperB.y()) &
-         (upperA.y() >= lowerB.y()) & (lowerA.z() <= upperB.z()) & (upperA.z() >= lowerB.z());
-}
-
-btScalar extent(const btDbvtAabbMm& box) {
-  const btVector3 edges = box.Maxs() - box.Mins();
-  return edges.x() + edges.y() + edges.z();
 }
 
 // btHashedOverlappingPairCache::findPair from many threads at once; Bullet's own counts its calls.
@@ -215,6 +201,8 @@ void DbvtUpdater::placeLeaves(btDbvtBroadphase& broadphase) {
   if (build) {
     m_built = m_updates;
     m_builder.build(tree);
+    m_leaves.resize(1);
+    m_builder.listLeaves(m_leaves.front());
     return;
   }
   for (std::size_t k = 0; k < m_moved.size(); ++k) {
@@ -227,8 +215,9 @@ void DbvtUpdater::placeLeaves(btDbvtBroadphase& broadphase) {
 
 void DbvtUpdater::refit(btDbvt& tree) {
   m_cut.make(tree.m_root, kSubtrees);
-  parallelFor(m_cut.pieces.size(), 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) fitBelow(m_cut.pieces[i]);
+  m_leaves.resize(m_cut.pieces.size());
+  parallelFor(m_cut.pieces.size(), kFitGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) fitBelow(m_cut.pieces[i], m_leaves[i]);
   });
   for (auto it = m_cut.above.rbegin(); it != m_cut.above.rend(); ++it) {
     Merge((*it)->childs[0]->volume, (*it)->childs[1]->volume, (*it)->volume);
@@ -257,7 +246,7 @@ void DbvtUpdater::findPairsOfLeaves(const btDbvtBroadphase& broadphase) {
         const bool low = proxy->m_uniqueId < other->m_uniqueId;
         // Two that moved find each other: one of them is enough.
         if (!low && id < isMoved->size() && (*isMoved)[id]) return;
-        found->missing.emplace_back(low ? proxy : other, low ? other : proxy);
+        found->proxies.emplace_back(low ? proxy : other, low ? other : proxy);
       }
       const std::vector<bool>* isMoved;
       btDbvtProxy* proxy;
@@ -278,76 +267,23 @@ void DbvtUpdater::findPairsOfLeaves(const btDbvtBroadphase& broadphase) {
   });
 }
 
-// Where most moved: the tree against itself and against that of what stands still, which goes down to each place where
-// leaves meet once, and not once for each leaf. Cut into subtrees; each meets itself, those after it, and the other
-// tree.
-void DbvtUpdater::findPairsOfTree(const btDbvtBroadphase& broadphase) {
-  const btDbvt &moving = broadphase.m_sets[btDbvtBroadphase::DYNAMIC_SET],
-               &fixed = broadphase.m_sets[btDbvtBroadphase::FIXED_SET];
-  m_cut.make(moving.m_root, kPieces);
-  m_found.resize(m_cut.pieces.size());
-  parallelFor(m_cut.pieces.size(), 1, [&](std::size_t first, std::size_t last) {
-    NodePairs stack;
-    for (std::size_t i = first; i < last; ++i) {
-      Found& found = m_found[i];
-      found.clear();
-      meet(m_cut.pieces[i], m_cut.pieces[i], stack, found);
-      for (std::size_t k = i + 1; k < m_cut.pieces.size(); ++k) {
-        if (Intersect(m_cut.pieces[i]->volume, m_cut.pieces[k]->volume))
-          meet(m_cut.pieces[i], m_cut.pieces[k], stack, found);
-      }
-      if (fixed.m_root && Intersect(m_cut.pieces[i]->volume, fixed.m_root->volume))
-        meet(m_cut.pieces[i], fixed.m_root, stack, found);
-    }
+// Where most moved: all leaves, listed when the tree was fitted, against all others and against the tree of what stands
+// still. The blocks go down to where leaves meet, and not each leaf by itself.
+void DbvtUpdater::findPairsOfBlocks(const btDbvtBroadphase& broadphase) {
+  constexpr std::size_t kChunk = 16;
+  const btDbvtNode* fixed = broadphase.m_sets[btDbvtBroadphase::FIXED_SET].m_root;
+  m_blocks.build(m_leaves, m_isMoved);
+  m_found.resize(chunkCount(m_blocks.blockCount(), kChunk));
+  parallelChunks(m_blocks.blockCount(), kChunk, [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    Found& found = m_found[chunk];
+    found.clear();
+    for (std::size_t block = first; block < last; ++block) m_blocks.findPairs(block, fixed, found);
   });
 }
 
-// All pairs of a leaf below (or at) `a` and one below `b`, two nodes that overlap; if they are the same, each pair
-// once.
-void DbvtUpdater::meet(const btDbvtNode* a, const btDbvtNode* b, NodePairs& stack, Found& found) const {
-  std::size_t depth = 0;
-  // Whether two boxes overlap is as good as chance, so it must not be a branch.
-  const auto push = [&](const btDbvtNode* x, const btDbvtNode* y, bool wanted) {
-    stack[depth] = {x, y};
-    depth += wanted;
-  };
-  constexpr std::size_t kMostPushed = 3;
-  if (stack.size() < kMostPushed) stack.resize(kMostPushed);
-  push(a, b, true);
-  while (depth > 0) {
-    std::tie(a, b) = stack[--depth];
-    if (stack.size() < depth + kMostPushed) stack.resize(2 * (depth + kMostPushed));
-    if (a == b) {
-      if (a->isleaf()) continue;
-      const btDbvtNode *x = a->childs[0], *y = a->childs[1];
-      push(x, y, overlap(x->volume, y->volume));
-      push(x, x, x->isinternal());
-      push(y, y, y->isinternal());
-    } else if (a->isleaf() && b->isleaf()) {
-      found.add(static_cast<btDbvtProxy*>(a->data), static_cast<btDbvtProxy*>(b->data), m_isMoved);
-    } else {
-      // The larger one, which the other may miss with one of its children.
-      const bool cutA = b->isleaf() || (a->isinternal() && extent(a->volume) > extent(b->volume));
-      const btDbvtNode *whole = cutA ? b : a, *cut = cutA ? a : b;
-      for (const btDbvtNode* child : cut->childs) push(child, whole, overlap(child->volume, whole->volume));
-    }
-  }
-}
-
 void DbvtUpdater::Found::clear() {
-  missing.clear();
+  proxies.clear();
   overlaps = 0;
-}
-
-void DbvtUpdater::Found::add(btDbvtProxy* a, btDbvtProxy* b, const std::vector<bool>& isMoved) {
-  const auto moved = [&isMoved](const btDbvtProxy* proxy) {
-    const auto id = static_cast<std::size_t>(proxy->m_uniqueId);
-    return id < isMoved.size() && isMoved[id] ? 1 : 0;
-  };
-  const int count = moved(a) + moved(b);
-  overlaps += count;
-  const bool low = a->m_uniqueId < b->m_uniqueId;
-  if (count > 0) missing.emplace_back(low ? a : b, low ? b : a);
 }
 
 void DbvtUpdater::findPairs(btDbvtBroadphase& broadphase) {
@@ -359,17 +295,17 @@ void DbvtUpdater::findPairs(btDbvtBroadphase& broadphase) {
   if (m_moved.size() * kMostMoved < leaves) {
     findPairsOfLeaves(broadphase);
   } else {
-    findPairsOfTree(broadphase);
+    findPairsOfBlocks(broadphase);
   }
   markMoved(false);
   const PairTable known(cache);
   parallelFor(m_found.size(), 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) known.keepMissing(m_found[i].missing, m_found[i].places);
+    for (std::size_t i = first; i < last; ++i) known.keepMissing(m_found[i].proxies, m_found[i].places);
   });
   broadphase.m_needcleanup = true;
   for (const Found& found : m_found) {
     broadphase.m_newpairs += found.overlaps;
-    for (const auto& [a, b] : found.missing) cache.addOverlappingPair(a, b);
+    for (const auto& [a, b] : found.proxies) cache.addOverlappingPair(a, b);
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "bullet.h"
 #include "dbvt_builder.h"
+#include "leaf_blocks.h"
 
 BTGPU_TRANSLATION_BEGIN
 
@@ -41,12 +42,9 @@ class DbvtUpdater {
   void placeLeaves(btDbvtBroadphase& broadphase);
   void refit(btDbvt& tree);
   void findPairs(btDbvtBroadphase& broadphase);
-  struct Found;
-  using NodePairs = std::vector<std::pair<const btDbvtNode*, const btDbvtNode*>>;
   void markMoved(bool moved);
   void findPairsOfLeaves(const btDbvtBroadphase& broadphase);
-  void findPairsOfTree(const btDbvtBroadphase& broadphase);
-  void meet(const btDbvtNode* a, const btDbvtNode* b, NodePairs& stack, Found& found) const;
+  void findPairsOfBlocks(const btDbvtBroadphase& broadphase);
 
   static constexpr unsigned kPlaceEvery = 32;
   unsigned m_updates = 0, m_built = 0;       // so many updates, and at which of them the tree was built
@@ -54,17 +52,16 @@ class DbvtUpdater {
   std::vector<btDbvtAabbMm> m_volumes;       // the new ones, likewise
   std::vector<std::uint32_t> m_moved;        // elements whose leaf gets a new volume
   std::vector<btDbvtProxy*> m_movedProxies;  // those elements' proxies
-  DbvtCut m_cut;                             // of the tree that is fitted, or meets itself
+  DbvtCut m_cut;                             // of the tree that is fitted
   DbvtBuilder m_builder;
-  struct Found {
-    std::vector<ProxyPair> missing;  // overlapping, not in the cache; the lower id first
+  std::vector<LeafList> m_leaves;  // of the tree that was fitted or built, from left to right
+  struct Found : LeafPairs {
     std::vector<int> places;
-    int overlaps = 0;  // each pair of two that moved counts twice, as in stock
     void clear();
-    void add(btDbvtProxy* a, btDbvtProxy* b, const std::vector<bool>& isMoved);
   };
   std::vector<bool> m_isMoved;  // by id of the proxy
-  std::vector<Found> m_found;   // by chunk or piece
+  LeafBlocks m_blocks;
+  std::vector<Found> m_found;  // by chunk
 };
 
 BTGPU_TRANSLATION_END

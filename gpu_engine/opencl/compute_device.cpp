@@ -24,6 +24,7 @@ constexpr size_t kCpuGroups = 32;
 constexpr size_t kGpuGroupSize = 128;
 constexpr size_t kCpuGrain = 256;    // fewer items than this are not worth a second work item
 constexpr size_t kChunkGrain = 512;  // ... and fewer than this a second chunk
+constexpr size_t kOneGrain = 8192;   // ... and fewer than this several launches, one after the other
 constexpr size_t kTeamGrain = 128;   // ... or a second member of a team
 constexpr size_t kGpuGroupsPerUnit = 4;
 constexpr size_t kMinGpuGroups = 64;
@@ -210,6 +211,8 @@ Grid ComputeDevice::teamGrid(size_t items) const {
   const size_t most = m_description.type == "cpu" ? std::max(1u, m_description.computeUnits) : 1;
   return {std::clamp<size_t>(items / grain(kTeamGrain), 1, most), 1};
 }
+
+bool ComputeDevice::isForOne(size_t items) const { return m_shape == KernelShape::Cpu && items < grain(kOneGrain); }
 
 unsigned ComputeDevice::residentGroups() const {
   if (m_shape != KernelShape::Gpu) return 0;

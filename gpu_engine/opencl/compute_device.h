@@ -60,6 +60,9 @@ class ComputeDevice {
   // Grid of a team (kernels/lib/team.h), which loops over `items` items in every round: no more groups than can run at
   // once, and one on what is not a CPU.
   Grid teamGrid(size_t items) const;
+  // Whether so little is to be done that on a CPU one work item does it in less time than several launches take to
+  // share it out.
+  bool isForOne(size_t items) const;
   // Groups of RESIDENT_GROUP work items that wait for each other (kernels/lib/resident.h); 0 where they must not: on
   // what is not an NVIDIA GPU nothing is known of whether groups get to run at the same time, and whether what one
   // writes reaches another in the middle of a launch. The variable BTGPU_RESIDENT_GROUPS says otherwise.

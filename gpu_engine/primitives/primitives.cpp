@@ -8,6 +8,8 @@
 namespace btgpu {
 namespace {
 
+constexpr size_t kLightItems = 4;  // that take as long as one of those that a grain is counted in
+
 constexpr Grid kSingleGroupOf(size_t local) { return {local, local}; }
 
 uint groupsOf(Grid grid) { return static_cast<uint>(grid.groups()); }
@@ -39,20 +41,29 @@ Scan::Scan(ComputeDevice& device)
 
 void Scan::exclusive(Queue& queue, Count count, const DeviceArray<uint>& in, DeviceArray<uint>& out,
                      DeviceArray<uint>& total) {
-  const Grid grid = queue.device().chunkGrid(count.capacity);
+  // The only chunk begins at zero.
+  const bool one = queue.device().isForOne(count.capacity / kLightItems);
+  const Grid grid = one ? Grid{} : queue.device().chunkGrid(count.capacity);
   m_sums.resize(queue, grid.groups());
   out.resize(queue, count.capacity);
   total.resize(queue, 1);
-  m_chunkSums.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums);
+  if (!one) m_chunkSums.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums);
   m_chunks.launch(queue, grid, count.limit(), count.onDevice(), in, m_sums, out, total);
 }
 
 Compact::Compact(ComputeDevice& device)
-    : m_scan(device), m_scatter(device, "primitives/compact.cl", "compactScatter") {}
+    : m_scan(device),
+      m_scatter(device, "primitives/compact.cl", "compactScatter"),
+      m_byOne(device, "primitives/compact.cl", "compactByOne") {}
 
 void Compact::run(Queue& queue, Count count, const DeviceArray<uint>& flags, DeviceArray<uint>& indices,
                   DeviceArray<uint>& total) {
   indices.resize(queue, count.capacity);
+  if (queue.device().isForOne(count.capacity / kLightItems)) {
+    total.resize(queue, 1);
+    m_byOne.launch(queue, {}, count.limit(), count.onDevice(), flags, indices, total);
+    return;
+  }
   m_scan.exclusive(queue, count, flags, m_offsets, total);
   m_scatter.launch(queue, queue.device().grid(count.capacity), count.limit(), count.onDevice(), flags, m_offsets,
                    indices);

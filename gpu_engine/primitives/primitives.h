@@ -61,7 +61,7 @@ class Compact {
 
  private:
   Scan m_scan;
-  Kernel m_scatter;
+  Kernel m_scatter, m_byOne;
   DeviceArray<uint> m_offsets{"compaction offsets"};
 };
 

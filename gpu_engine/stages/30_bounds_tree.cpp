@@ -66,14 +66,15 @@ void BoundsTree::sort(Queue& queue, size_t count, const DeviceArray<BodyInfo>& i
   m_sort.pairs(queue, {count}, m_mortonCodes, m_order, {{0, kMortonKeyBits}});
 }
 
-void BoundsTree::refit(Queue& queue, size_t count, const DeviceArray<Aabb>& aabbs) {
+void BoundsTree::refit(Queue& queue, size_t count, const DeviceArray<Aabb>& aabbs, bool withRoot) {
   layout(queue, count);
   m_counts.resize(queue, std::max<size_t>(1, count));
   if (count == 0) return;
   const size_t local = queue.device().groupSize();
   m_bvhLow.launch(queue, queue.device().grid(count), static_cast<uint>(count), m_deviceLevels, m_order, aabbs, m_nodes,
                   m_counts);
-  if (m_levels.front().levelCount > kLowLevels) m_bvhHigh.launch(queue, {local, local}, m_deviceLevels, m_nodes);
+  if (m_levels.front().levelCount > kLowLevels + (withRoot ? 0 : 1))
+    m_bvhHigh.launch(queue, {local, local}, m_deviceLevels, m_nodes);
 }
 
 }  // namespace btgpu

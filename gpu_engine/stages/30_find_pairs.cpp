@@ -7,8 +7,9 @@ namespace {
 
 constexpr const char* kFile = "stages/30_find_pairs.cl";
 
-// Steps that one order of the bodies serves for. They don't move far in so few, and no result depends on it.
-constexpr uint kStepsPerSort = 4;
+// Steps that one order of the bodies serves for. They don't move far in so few, and no result depends on it. On a CPU
+// the launches of a sort cost more than a tree that is a little worse.
+uint stepsPerSort(const ComputeDevice& device) { return device.shape() == KernelShape::Cpu ? 8 : 4; }
 
 }  // namespace
 
@@ -21,7 +22,7 @@ FindPairs::FindPairs(ComputeDevice& device)
 
 void FindPairs::sortBodies(Queue& queue, const DeviceWorld& world) {
   const size_t bodies = world.bodyCount;
-  if (m_sortedBodies == bodies && m_stepsSinceSort < kStepsPerSort) {
+  if (m_sortedBodies == bodies && m_stepsSinceSort < stepsPerSort(queue.device())) {
     ++m_stepsSinceSort;
     return;
   }
@@ -37,7 +38,7 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   const uint count = static_cast<uint>(bodies), capacity = static_cast<uint>(world.capacities.pairs);
   const Grid grid = queue.device().grid(bodies);
   sortBodies(queue, world);
-  m_tree.refit(queue, bodies, world.aabbs);
+  m_tree.refit(queue, bodies, world.aabbs, queue.device().shape() == KernelShape::Gpu);
   m_found.resize(queue, bodies);
   m_offsets.resize(queue, bodies);
   m_kept.resize(queue, bodies * PAIRS_KEPT);

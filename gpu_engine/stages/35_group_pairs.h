@@ -17,9 +17,10 @@ class GroupPairs {
 
  private:
   Kernel m_describePairs;
+  Kernel m_listPairs;  // on the CPU shape, and the two that follow on the GPU shape
   RadixSort<uint> m_sort;
   BoundSearch m_boundSearch;
-  DeviceArray<uint> m_buckets{"pair buckets"};
+  DeviceArray<uint> m_buckets{"pair buckets"}, m_tables{"pairs of buckets"};
 };
 
 }  // namespace btgpu

@@ -16,6 +16,9 @@ class BuildIslands {
   void enqueue(Queue& queue, DeviceWorld& world);
 
  private:
+  void findIslands(Queue& queue, DeviceWorld& world);
+
+  Kernel m_byOne;  // on the CPU shape, in place of those from m_unite to m_selectJoints where there is little to do
   Kernel m_init, m_unite, m_uniteJoints, m_flatten, m_states, m_selectJoints, m_select, m_list;
   DeviceArray<uint> m_kinds{"body kinds"}, m_parents{"island parents"}, m_wake{"wake flags"};
   DeviceArray<uint> m_flags{"manifold flags"}, m_chunkSums{"constraints of chunks"};

@@ -14,6 +14,7 @@ class PrepareContacts {
   void enqueue(Queue& queue, DeviceWorld& world);
 
  private:
+  Kernel m_both;  // on the CPU shape
   Kernel m_prepareBodies, m_prepareContacts;
 };
 

@@ -19,8 +19,6 @@ STRUCT(WideEnd) {
   LaneMask pushed;
 };
 
-WIDE LaneMask isFiniteWide(Lanes v) { return (as_int16(v) & 0x7f800000) != 0x7f800000; }
-
 WIDE void makeEndWide(const uint* body, __global const BodyPose* poses, __global const BodyStep* steps,
                       __global const BodyMass* masses, WideEnd* e) {
   const Lanes4 linear = gatherWide(&steps->linearVelocity, sizeof(BodyStep) / 16, body);

@@ -20,6 +20,7 @@ STRUCT(Lanes3) { Lanes x, y, z; };
 STRUCT(Lanes4) { Lanes x, y, z, w; };
 
 WIDE Lanes pick(LaneMask mask, Lanes yes, Lanes no) { return mask ? yes : no; }
+WIDE LaneMask isFiniteWide(Lanes v) { return (as_int16(v) & 0x7f800000) != 0x7f800000; }
 WIDE int anyLane(LaneMask mask) {
   const int8 a = mask.lo | mask.hi;
   const int4 b = a.lo | a.hi;

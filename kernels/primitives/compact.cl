@@ -12,3 +12,16 @@ KERNEL compactScatter(CHECKS uint capacity, __global const uint* counter, __glob
     if (flags[i] && offsets[i] < count) AT(indices, offsets[i]) = i;
   }
 }
+
+// All of it by one work item.
+SINGLE_KERNEL compactByOne(CHECKS uint capacity, __global const uint* counter, __global const uint* flags,
+                           __global uint* indices, __global uint* total) {
+  const uint count = itemCount(capacity, counter);
+  uint next = 0;
+  for (uint i = 0; i < count; ++i) {
+    if (!flags[i]) continue;
+    AT(indices, next) = i;
+    ++next;
+  }
+  *total = next;
+}

@@ -219,14 +219,91 @@ static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __glo
 
 #endif
 
+#ifdef BTGPU_SHAPE_CPU
+
+// countPairs of the BVH_ARITY positions under the node `own` of level 1, which go through the tree together: a block of
+// bodies is looked at if that node overlaps its box, and by those of them that do.
+static void countBlock(CHECKS uint own, uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
+                       __global const uint* order, __global const BodyInfo* infos, __global uint* found,
+                       volatile __global uint* counts, __global uint* kept) {
+  const uint first = own * BVH_ARITY, size = min(BVH_ARITY, bodyCount - first);
+  uint selves[BVH_ARITY], founds[BVH_ARITY];
+  BodyInfo selfInfos[BVH_ARITY];
+  Aabb boxes[BVH_ARITY];
+  uint looking = 0;  // bit k: position first + k
+  for (uint k = 0; k < size; ++k) {
+    selves[k] = AT(order, first + k);
+    selfInfos[k] = AT(infos, selves[k]);
+    boxes[k] = loadBox(nodes, first + k);
+    founds[k] = 0;
+    if (isCollidable(selfInfos[k])) looking |= 1u << k;
+  }
+  const Aabb all = loadBox(nodes, levels->first[1] + own);
+  uint open[BVH_MAX_LEVELS], begin[BVH_MAX_LEVELS];
+  const uint top = levels->levelCount - 1;
+  uint level = top, child = 0;
+  while (looking) {
+    // As in visitPairs, but down to level 1 only, whose nodes are blocks of bodies: this one and those behind it.
+    if (level > 1) {
+      --level;
+      begin[level] = child * BVH_ARITY;
+      const uint behind = own >> ((level - 1) * BVH_ARITY_BITS);
+      uint mask = overlapBlock(nodes, levels->first[level] + begin[level], all);
+      mask &= (1u << min(BVH_ARITY, levels->size[level] - begin[level])) - 1u;
+      if (behind > begin[level]) mask &= ~((1u << min(BVH_ARITY, behind - begin[level])) - 1u);
+      open[level] = mask;
+    } else {
+      begin[1] = 0;  // level 1 is the root
+      open[1] = 1;
+      level = 1;
+    }
+    if (level == 1) {
+      for (uint blocks = open[1]; blocks; blocks &= blocks - 1) {
+        const uint block = begin[1] + popcount((blocks & (0 - blocks)) - 1u);
+        uint near = overlapBlock(nodes, first, loadBox(nodes, levels->first[1] + block)) & looking;
+        const uint there = (1u << min(BVH_ARITY, bodyCount - block * BVH_ARITY)) - 1u;
+        for (; near; near &= near - 1) {
+          const uint k = popcount((near & (0 - near)) - 1u);
+          uint mask = overlapBlock(nodes, block * BVH_ARITY, boxes[k]) & there;
+          if (block == own) mask &= ~((2u << k) - 1u);
+          for (; mask; mask &= mask - 1) {
+            const uint other = AT(order, block * BVH_ARITY + popcount((mask & (0 - mask)) - 1u));
+            if (!mayMeet(WITH_CHECKS selves[k], selfInfos[k], other, infos)) continue;
+            meet(WITH_CHECKS selves[k], other, founds[k], kept + (ulong)(first + k) * PAIRS_KEPT, counts, 0, 0);
+            ++founds[k];
+          }
+        }
+      }
+      open[1] = 0;
+    }
+    while (level < top && open[level] == 0) ++level;
+    if (level == top) break;
+    child = begin[level] + popcount((open[level] & (0 - open[level])) - 1u);
+    open[level] &= open[level] - 1u;
+  }
+  for (uint k = 0; k < size; ++k) found[first + k] = founds[k];
+}
+
+#endif
+
 // found[i]: pairs found from position i; counts[b]: pairs whose lower body is b.
 KERNEL countPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
                   __global const uint* order, __global const BodyInfo* infos, __global uint* found,
                   __global uint* counts, __global uint* kept) {
+#ifdef BTGPU_SHAPE_CPU
+  if (levels->levelCount < 2) {  // a single body
+    FOR_EACH(i, bodyCount) found[i] = 0;
+    return;
+  }
+  FOR_EACH(own, levels->size[1]) {
+    countBlock(WITH_CHECKS own, bodyCount, levels, nodes, order, infos, found, counts, kept);
+  }
+#else
   FOR_EACH(i, bodyCount) {
     found[i] =
         visitPairs(WITH_CHECKS i, levels, nodes, order, infos, kept + (ulong)i * PAIRS_KEPT, counts, 0, 0);
   }
+#endif
 }
 
 // Only bodies with more pairs than were kept go through the tree once more. Also notes how many pairs there are and

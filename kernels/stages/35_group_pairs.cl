@@ -59,19 +59,30 @@ static uint findKey(__global const ulong* keys, uint count, ulong key, REF(uint)
   return at < count && keys[at] == key ? at : NO_INDEX;
 }
 
+#ifdef BTGPU_SHAPE_CPU
+#define LISTED __global uint* tables
+#else
+#define LISTED __global uint* items
+#endif
+
 // Turns each sorted key into a pair: manifold order, algorithm, and where its manifold of the last step is.
 // The keys of the last step belong to manifolds[] of the last step, index by index; a manifold is taken over
 // only if its two bodies are still the ones that it was made for (bodyBirth). Pairs that must not collide get no
 // algorithm; contacts that they had before stay as they are, as in Bullet. These are the listed ones; with LISTED_ONLY in
 // listedCount those listed with PAIR_KEEPS_CONTACTS. Then what is not listed at all is no pair of Bullet's, and forgets
 // its contacts.
+// On a GPU the pairs are then sorted by their buckets. On a CPU each work item counts those of its share, bucket by bucket,
+// in tables[], and listPairs goes on from there.
 KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* counters, uint oldCapacity,
                      __global const uint* oldCount, __global const ulong* keys, __global const ulong* oldKeys,
                      __global const BodyInfo* infos, __global const Shape* shapes,
                      __global const BodyActivation* activations, __global const uint* bodyBorn, uint listedCount,
-                     __global const ulong* listed, __global Pair* pairs, __global uint* buckets,
-                     __global uint* items) {
+                     __global const ulong* listed, __global Pair* pairs, __global uint* buckets, LISTED) {
   RETURN_ON_OVERFLOW(counters);
+#ifdef BTGPU_SHAPE_CPU
+  __global uint* table = tables + get_global_id(0) * BUCKET_COUNT;
+  for (uint b = 0; b < BUCKET_COUNT; ++b) table[b] = 0;
+#endif
   const uint pairCount = itemCount(pairCapacity, &counters->pairCount);
   const uint pairsListed = listedCount & ~LISTED_ONLY;
   const int onlyListed = (listedCount & LISTED_ONLY) != 0;
@@ -117,6 +128,34 @@ KERNEL describePairs(CHECKS uint pairCapacity, __global const StepCounters* coun
     if (children) listedPlace = NO_INDEX;
     AT(pairs, i) = pair;
     AT(buckets, i) = pair.bucket;
+#ifdef BTGPU_SHAPE_CPU
+    table[pair.bucket] += 1;
+#else
     AT(items, i) = i;
+#endif
   }
 }
+
+#ifdef BTGPU_SHAPE_CPU
+// The pairs bucket by bucket, ascending within, and where each bucket begins. On the grid of describePairs, and so with
+// the same shares.
+KERNEL listPairs(CHECKS uint pairCapacity, __global const StepCounters* counters, __global const uint* buckets,
+                 __global const uint* tables, __global uint* items, __global uint* bucketFirst) {
+  RETURN_ON_OVERFLOW(counters);
+  uint next[BUCKET_COUNT], first = 0;  // where this share's pairs of each bucket go
+  for (uint b = 0; b < BUCKET_COUNT; ++b) {
+    if (get_global_id(0) == 0) bucketFirst[b] = first;
+    for (uint g = 0; g < get_global_size(0); ++g) {
+      if (g == get_global_id(0)) next[b] = first;
+      first += tables[g * BUCKET_COUNT + b];
+    }
+  }
+  if (get_global_id(0) == 0) bucketFirst[BUCKET_COUNT] = first;
+  FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
+    const uint bucket = AT(buckets, i);
+    ASSERT(bucket < BUCKET_COUNT, bucket, i);
+    AT(items, next[bucket]) = i;
+    next[bucket] += 1;
+  }
+}
+#endif

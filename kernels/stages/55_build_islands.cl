@@ -228,6 +228,25 @@ KERNEL selectJoints(CHECKS uint jointCount, __global const StepCounters* counter
   }
 }
 
+#ifdef BTGPU_SHAPE_CPU
+// All that comes between islandInit and selectManifolds, one after the other by a single work item.
+SINGLE_KERNEL islandsByOne(CHECKS uint bodyCount, uint pairCapacity, uint jointCount, uint turn,
+                           __global const StepCounters* counters, __global const StepParams* params,
+                           __global const Pair* pairs, __global const Manifold* manifolds,
+                           __global const BodyInfo* infos, __global const Joint* joints,
+                           __global const uint* restless, __global uint* kinds, volatile __global uint* parents,
+                           volatile __global uint* wake, __global uint* roots, volatile __global uint* islandFlags,
+                           __global BodyActivation* activations, volatile __global uint* solved,
+                           __global uint* jointSolved) {
+  islandUnite(WITH_CHECKS pairCapacity, turn, counters, params, pairs, manifolds, infos, kinds, restless, parents, wake);
+  islandUniteJoints(WITH_CHECKS jointCount, turn, counters, params, joints, restless, parents);
+  islandFlatten(WITH_CHECKS bodyCount, counters, kinds, activations, parents, roots, islandFlags);
+  islandStates(WITH_CHECKS bodyCount, counters, roots, (__global const uint*)wake, kinds, islandFlags, activations);
+  selectJoints(WITH_CHECKS jointCount, counters, joints, kinds, roots, (__global const uint*)islandFlags, solved,
+               jointSolved);
+}
+#endif
+
 // Whether the body is in an island that is solved.
 static int isInSolved(CHECKS uint body, uint kind, __global const uint* roots, __global const uint* islandFlags) {
   return (kind & KIND_MEMBER) && (AT(islandFlags, AT(roots, body)) & ISLAND_SOLVED);

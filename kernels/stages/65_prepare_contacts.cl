@@ -215,3 +215,18 @@ KERNEL prepareContacts(CHECKS uint slotCapacity, __global const StepCounters* co
   }
 #endif
 }
+
+#ifdef BTGPU_SHAPE_CPU
+// Both in one launch: neither needs what the other writes.
+KERNEL prepareBodiesAndContacts(CHECKS uint bodyCount, uint slotCapacity, __global const StepCounters* counters,
+                                __global const StepParams* params, __global const SlotHeader* slots,
+                                __global const BodyInfo* infos, __global const BodyPose* poses,
+                                __global const BodyStep* steps, __global const BodyMass* masses,
+                                __global const BodyMaterial* materials, __global Manifold* manifolds,
+                                __global float* rows, __global float* tangent2, __global float* torsion,
+                                __global SolverBody* solverBodies, __global SolverMass* solverMasses) {
+  prepareBodies(bodyCount, counters, steps, masses, solverBodies, solverMasses);
+  prepareContacts(WITH_CHECKS slotCapacity, counters, params, slots, infos, poses, steps, masses, materials, manifolds,
+                  rows, tangent2, torsion);
+}
+#endif

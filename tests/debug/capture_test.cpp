@@ -128,11 +128,13 @@ class CaptureTest : public DeviceTest {
   // Kernels of the other shape, or of worlds with more bodies; a CPU's contacts are read in place.
   bool notCaptured(const std::string& kernel) {
     if (kernel == "bvhHigh") return true;
-    const std::set<std::string> onlyCpu = {"colourGreedy", "solveInTeam", "solveJointsInTeam", "substepsInTeam",
-                                           "layBoxes"};
-    const std::set<std::string> onlyGpu = {"colourRound", "colourRest",   "countColours",   "fillSlots",
-                                           "solveColour", "solveRest",    "gatherContacts", "substepColour",
-                                           "substepRest", "substepBodies"};
+    const std::set<std::string> onlyCpu = {
+        "colourGreedy", "solveInTeam", "solveJointsInTeam", "substepsInTeam",
+        "layBoxes",     "listPairs",   "islandsByOne",      "prepareBodiesAndContacts"};
+    const std::set<std::string> onlyGpu = {
+        "colourRound",    "colourRest",    "countColours", "fillSlots",     "solveColour",    "solveRest",
+        "gatherContacts", "substepColour", "substepRest",  "substepBodies", "islandUnite",    "islandUniteJoints",
+        "islandFlatten",  "islandStates",  "selectJoints", "prepareBodies", "prepareContacts"};
     const auto& foreign = device().shape() == KernelShape::Cpu ? onlyGpu : onlyCpu;
     return foreign.count(kernel) > 0;
   }
@@ -141,8 +143,9 @@ class CaptureTest : public DeviceTest {
     for (const auto& entry : fs::directory_iterator(folder)) {
       SCOPED_TRACE(entry.path().filename());
       const Capture capture = readCapture(entry.path().string());
-      // The keys of what touches may be those of the step before.
-      EXPECT_TRUE(capture.stage == "95_send_contacts" || changedArrays(capture) > 0) << "nothing to be seen";
+      // The keys of what touches, and the pairs, may be those of the step before.
+      const bool mayBeSame = capture.stage == "95_send_contacts" || capture.stage == "35_group_pairs";
+      EXPECT_TRUE(mayBeSame || changedArrays(capture) > 0) << "nothing to be seen";
       const ReplayReport report = replayFile(entry.path().string(), {});
       EXPECT_TRUE(report.sameDevice);
       EXPECT_EQ(report.differentArrays, 0) << report.text;
@@ -327,7 +330,10 @@ TEST_F(CaptureTest, EveryCommand) {
   EXPECT_EQ(b.toVector(queue()), (std::vector<uint>{8, 7, 7, 5}));
   std::vector<size_t> kinds;
   for (const auto& command : capture.commands) kinds.push_back(command.index());
-  EXPECT_EQ(kinds, (std::vector<size_t>{0, 1, 0, 2, 0, 0, 0}));
+  // On a CPU so short a scan is one launch.
+  std::vector<size_t> expected = {0, 1, 0, 2, 0, 0};
+  if (device().shape() == KernelShape::Gpu) expected.push_back(0);
+  EXPECT_EQ(kinds, expected);
   ASSERT_GE(capture.arrays.size(), 2u);
   EXPECT_EQ(capture.arrays[0].name, "a");
   EXPECT_EQ(capture.arrays[0].before.size(), 16 * sizeof(uint)) << "all of the memory";
