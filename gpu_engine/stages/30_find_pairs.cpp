@@ -37,7 +37,7 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   const uint count = static_cast<uint>(bodies), capacity = static_cast<uint>(world.capacities.pairs);
   const Grid grid = queue.device().grid(bodies);
   sortBodies(queue, world);
-  m_tree.refit(queue, bodies, world.aabbs);
+  m_tree.refit(queue, bodies, world.infos, world.aabbs);
   m_found.resize(queue, bodies);
   m_offsets.resize(queue, bodies);
   m_kept.resize(queue, bodies * PAIRS_KEPT);

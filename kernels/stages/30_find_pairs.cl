@@ -65,16 +65,20 @@ KERNEL sceneBoundsFinal(uint groups, __global const Aabb* partial, __global Aabb
 
 // ---- sort keys and tree --------------------------------------------------------------------------------------
 
-// Morton code of each body's centre; static bodies and those that take no part sort last.
+// Morton code of each body's centre. Compounds as a whole, which meet few others, sort behind what else moves, then come
+// static bodies, and last those that form no pair.
 KERNEL mortonKeys(uint bodyCount, __global const BodyInfo* infos, __global const Aabb* aabbs,
                   __global const Aabb* scene, __global ulong* keys, __global uint* order) {
   FOR_EACH(i, bodyCount) {
     const Aabb box = aabbs[i];
     ulong key = mortonCode((box.lower + box.upper) * 0.5f, *scene);
-    if (!isCollidable(infos[i])) {
-      key = 3UL << PAIR_SORT_STATIC_BIT;
+    const uint kind = itemKind(infos[i]);
+    if (kind == 0) {
+      key = 3UL << PAIR_SORT_BIT;
     } else if (isStaticOrKinematic(infos[i].flags)) {
-      key |= 1UL << PAIR_SORT_STATIC_BIT;
+      key |= 2UL << PAIR_SORT_BIT;
+    } else if (kind == ITEM_COMPOUND) {
+      key |= 1UL << PAIR_SORT_BIT;
     }
     keys[i] = key;
     order[i] = i;
@@ -85,29 +89,39 @@ KERNEL mortonKeys(uint bodyCount, __global const BodyInfo* infos, __global const
 #define LEVEL_BARRIER
 #else
 #define LEVEL_BARRIER barrier(CLK_GLOBAL_MEM_FENCE)
+#define storeTag(boxes, place, tag)
+#define loadTag(boxes, place) 0
 #endif
 
-// Nodes [begin, end) of a level, by the lanes of one group: node j bounds the children [j, j + 1) * BVH_ARITY.
+// Nodes [begin, end) of a level, by the lanes of one group: node j bounds the children [j, j + 1) * BVH_ARITY. On the CPU
+// shape a node's tag says of which kinds the bodies under it are.
 static void bvhLevel(uint level, uint begin, uint end, __constant BvhLevels* levels, __global Aabb* nodes) {
   const uint childFirst = levels->first[level - 1], childCount = levels->size[level - 1];
   const uint first = levels->first[level];
   for (uint j = begin + get_local_id(0); j < min(end, levels->size[level]); j += GROUP_SIZE) {
     Aabb box = emptyAabb();
+    uint kinds = 0;
     const uint last = min(childCount, (j + 1) * BVH_ARITY);
-    for (uint c = j * BVH_ARITY; c < last; ++c) box = mergeAabb(box, loadBox(nodes, childFirst + c));
+    for (uint c = j * BVH_ARITY; c < last; ++c) {
+      box = mergeAabb(box, loadBox(nodes, childFirst + c));
+      kinds |= loadTag(nodes, childFirst + c);
+    }
     storeBox(nodes, first + j, box);
+    storeTag(nodes, first + j, kinds);
   }
 }
 
 // Level 0, the bodies' AABBs in sorted order, and the levels up to BVH_LOW: a group does all that is below one node of
 // the highest of them. counts[] is made ready for countPairs.
 KERNEL bvhLow(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const uint* order,
-              __global const Aabb* aabbs, __global Aabb* nodes, __global uint* counts) {
+              __global const BodyInfo* infos, __global const Aabb* aabbs, __global Aabb* nodes,
+              __global uint* counts) {
   const uint blocks = (bodyCount + BVH_LOW_BODIES - 1) / BVH_LOW_BODIES;
   for (uint block = get_group_id(0); block < blocks; block += get_num_groups(0)) {
     uint span = BVH_LOW_BODIES;
     for (uint i = block * span + get_local_id(0); i < min(bodyCount, (block + 1) * span); i += GROUP_SIZE) {
       storeBox(nodes, i, AT(aabbs, order[i]));
+      storeTag(nodes, i, itemKind(AT(infos, order[i])));
       AT(counts, i) = 0;
     }
     LEVEL_BARRIER;
@@ -140,47 +154,125 @@ static void meet(CHECKS uint self, uint other, uint found, __global uint* kept, 
   }
 }
 
-// Visits the sorted bodies behind `position` whose AABB overlaps its own. Returns how many pass the filters. Without
-// keys[], counts each pair at its lower body, and writes the first PAIRS_KEPT partners to kept[]; with it, emits.
 #ifdef BTGPU_SHAPE_CPU
 
-static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __global const Aabb* nodes,
+// The bodies at the places [BVH_ARITY * block, ...) of the order, which lie near each other, look for pairs together.
+typedef struct BodyBlock {
+  uint block, count;
+  uint bodies[BVH_ARITY], found[BVH_ARITY];
+  BodyInfo infos[BVH_ARITY];
+  Aabb boxes[BVH_ARITY];
+} BodyBlock;
+
+// Pairs of the bodies `members` (bits) of a block with those of the same or a later one.
+static void meetBodies(CHECKS BodyBlock* at, uint members, uint block, __constant BvhLevels* levels,
+                       __global const Aabb* nodes, __global const uint* order, __global const BodyInfo* infos,
+                       __global uint* kept, volatile __global uint* counts, __global const uint* offsets,
+                       __global ulong* keys) {
+  const uint first = block * BVH_ARITY;
+  const uint exist = (1u << min(BVH_ARITY, levels->size[0] - first)) - 1u;
+  members &= overlapBlock(nodes, at->block * BVH_ARITY, loadBox(nodes, levels->first[1] + block));
+  for (; members; members &= members - 1) {
+    const uint m = popcount((members & (0 - members)) - 1u), self = at->bodies[m];
+    const BodyInfo info = at->infos[m];
+    uint mask = exist & meetBlock(nodes, first, at->boxes[m], kindsToMeet(itemKind(info)));
+    if (block == at->block) mask &= ~((2u << m) - 1u);  // only those behind itself
+    for (; mask; mask &= mask - 1) {
+      const uint other = AT(order, first + popcount((mask & (0 - mask)) - 1u));
+      if (!mayMeet(WITH_CHECKS self, info, other, infos)) continue;
+      meet(WITH_CHECKS self, other, at->found[m], kept ? kept + m * PAIRS_KEPT : 0, counts, offsets, keys);
+      ++at->found[m];
+    }
+  }
+}
+
+static void openBlock(CHECKS BodyBlock* at, uint block, __constant BvhLevels* levels, __global const Aabb* nodes,
+                      __global const uint* order, __global const BodyInfo* infos) {
+  at->block = block;
+  at->count = min(BVH_ARITY, levels->size[0] - block * BVH_ARITY);
+  for (uint m = 0; m < at->count; ++m) {
+    at->bodies[m] = AT(order, block * BVH_ARITY + m);
+    at->found[m] = 0;
+    at->infos[m] = AT(infos, at->bodies[m]);
+    at->boxes[m] = loadBox(nodes, block * BVH_ARITY + m);
+  }
+}
+
+// Goes through the tree with the bodies `members` of a block: pairs with all that are behind them in the order. Without
+// keys[], counts each pair at its lower body, and writes the first PAIRS_KEPT partners of each to kept[]; with it, emits.
+static void visitPairs(CHECKS BodyBlock* at, uint members, __constant BvhLevels* levels, __global const Aabb* nodes,
                        __global const uint* order, __global const BodyInfo* infos, __global uint* kept,
                        volatile __global uint* counts, __global const uint* offsets, __global ulong* keys) {
-  const uint self = AT(order, position);
-  const BodyInfo info = AT(infos, self);
   const uint top = levels->levelCount - 1;
-  if (!isCollidable(info) || top == 0) return 0;
-  const Aabb box = loadBox(nodes, position);
+  if (top == 0) return;
+  if (top == 1) {
+    meetBodies(WITH_CHECKS at, members, 0, levels, nodes, order, infos, kept, counts, offsets, keys);
+    return;
+  }
+  const Aabb around = loadBox(nodes, levels->first[1] + at->block);
+  const uint kinds = kindsToMeet(loadTag(nodes, levels->first[1] + at->block));
   uint open[BVH_MAX_LEVELS], begin[BVH_MAX_LEVELS];  // of each level, the siblings that are still to be visited
-  uint level = top, child = 0, found = 0;
+  uint level = top, child = 0;
   while (true) {
-    // Down to the children of `child`: those that overlap, exist, and have a body behind this one.
+    // Down to the children of `child`: those that overlap, exist, and have bodies that are not before these.
     --level;
     begin[level] = child * BVH_ARITY;
-    const uint behind = (position + 1) >> (level * BVH_ARITY_BITS);
-    uint mask = overlapBlock(nodes, levels->first[level] + begin[level], box);
+    const uint behind = at->block >> ((level - 1) * BVH_ARITY_BITS);
+    uint mask = meetBlock(nodes, levels->first[level] + begin[level], around, kinds);
     mask &= (1u << min(BVH_ARITY, levels->size[level] - begin[level])) - 1u;
     if (behind > begin[level]) mask &= ~((1u << min(BVH_ARITY, behind - begin[level])) - 1u);
-    if (level == 0) {
+    if (level == 1) {
       for (; mask; mask &= mask - 1) {
-        const uint other = AT(order, begin[0] + popcount((mask & (0 - mask)) - 1u));
-        if (!mayMeet(WITH_CHECKS self, info, other, infos)) continue;
-        meet(WITH_CHECKS self, other, found, kept, counts, offsets, keys);
-        ++found;
+        meetBodies(WITH_CHECKS at, members, begin[1] + popcount((mask & (0 - mask)) - 1u), levels, nodes, order, infos,
+                   kept, counts, offsets, keys);
       }
     }
     open[level] = mask;
     while (open[level] == 0) {
-      if (++level == top) return found;
+      if (++level == top) return;
     }
     child = begin[level] + popcount((open[level] & (0 - open[level])) - 1u);
     open[level] &= open[level] - 1u;
   }
 }
 
+// found[i]: pairs found from position i; counts[b]: pairs whose lower body is b.
+KERNEL countPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
+                  __global const uint* order, __global const BodyInfo* infos, __global uint* found,
+                  __global uint* counts, __global uint* kept) {
+  FOR_EACH(block, (bodyCount + BVH_ARITY - 1) / BVH_ARITY) {
+    BodyBlock at;
+    openBlock(WITH_CHECKS &at, block, levels, nodes, order, infos);
+    visitPairs(WITH_CHECKS &at, (1u << at.count) - 1u, levels, nodes, order, infos,
+               kept + (ulong)block * (BVH_ARITY * PAIRS_KEPT), counts, 0, 0);
+    for (uint m = 0; m < at.count; ++m) AT(found, block * BVH_ARITY + m) = at.found[m];
+  }
+}
+
+// Those of a block that have more pairs than were kept go through the tree once more.
+static void emitPairsOf(CHECKS uint block, __constant BvhLevels* levels, __global const Aabb* nodes,
+                        __global const uint* order, __global const BodyInfo* infos, __global const uint* found,
+                        __global const uint* kept, __global const uint* offsets, __global uint* counts,
+                        __global ulong* keys) {
+  uint again = 0;
+  for (uint m = 0; m < min(BVH_ARITY, levels->size[0] - block * BVH_ARITY); ++m) {
+    const uint i = block * BVH_ARITY + m, self = AT(order, i), pairs = AT(found, i);
+    if (pairs > PAIRS_KEPT) again |= 1u << m;
+    for (uint k = 0; pairs <= PAIRS_KEPT && k < pairs; ++k) {
+      emitPair(WITH_CHECKS self, AT(kept, (ulong)i * PAIRS_KEPT + k), offsets, counts, keys);
+    }
+  }
+  if (!again) return;
+  BodyBlock at;
+  openBlock(WITH_CHECKS &at, block, levels, nodes, order, infos);
+  visitPairs(WITH_CHECKS &at, again, levels, nodes, order, infos, 0, counts, offsets, keys);
+}
+#define EMIT_ITEMS(bodyCount) ((bodyCount + BVH_ARITY - 1) / BVH_ARITY)
+
 #else
 
+// Visits the sorted bodies behind `position` whose AABB overlaps its own. Returns how many pass the filters. Without
+// keys[], counts each pair at its lower body, and writes the first PAIRS_KEPT partners to kept[]; with it, emits.
 static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __global const Aabb* nodes,
                        __global const uint* order, __global const BodyInfo* infos, __global uint* kept,
                        volatile __global uint* counts, __global const uint* offsets, __global ulong* keys) {
@@ -217,9 +309,6 @@ static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __glo
   }
 }
 
-#endif
-
-// found[i]: pairs found from position i; counts[b]: pairs whose lower body is b.
 KERNEL countPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
                   __global const uint* order, __global const BodyInfo* infos, __global uint* found,
                   __global uint* counts, __global uint* kept) {
@@ -229,8 +318,25 @@ KERNEL countPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global 
   }
 }
 
-// Only bodies with more pairs than were kept go through the tree once more. Also notes how many pairs there are and
-// whether they fit.
+// Of a position; only with more pairs than were kept it goes through the tree once more.
+static void emitPairsOf(CHECKS uint i, __constant BvhLevels* levels, __global const Aabb* nodes,
+                        __global const uint* order, __global const BodyInfo* infos, __global const uint* found,
+                        __global const uint* kept, __global const uint* offsets, __global uint* counts,
+                        __global ulong* keys) {
+  if (found[i] > PAIRS_KEPT) {
+    visitPairs(WITH_CHECKS i, levels, nodes, order, infos, 0, counts, offsets, keys);
+    return;
+  }
+  const uint self = AT(order, i);
+  for (uint k = 0; k < found[i]; ++k) {
+    emitPair(WITH_CHECKS self, kept[(ulong)i * PAIRS_KEPT + k], offsets, counts, keys);
+  }
+}
+#define EMIT_ITEMS(bodyCount) (bodyCount)
+
+#endif
+
+// Emits what was counted. Also notes how many pairs there are and whether they fit.
 KERNEL emitPairs(CHECKS uint bodyCount, uint pairCapacity, __constant BvhLevels* levels, __global const Aabb* nodes,
                  __global const uint* order, __global const BodyInfo* infos, __global const uint* found,
                  __global const uint* kept, __global const uint* offsets, __global const uint* total,
@@ -241,14 +347,7 @@ KERNEL emitPairs(CHECKS uint bodyCount, uint pairCapacity, __constant BvhLevels*
     return;
   }
   RETURN_ON_OVERFLOW(counters);
-  FOR_EACH(i, bodyCount) {
-    if (found[i] > PAIRS_KEPT) {
-      visitPairs(WITH_CHECKS i, levels, nodes, order, infos, 0, counts, offsets, keys);
-      continue;
-    }
-    const uint self = AT(order, i);
-    for (uint k = 0; k < found[i]; ++k) {
-      emitPair(WITH_CHECKS self, kept[(ulong)i * PAIRS_KEPT + k], offsets, counts, keys);
-    }
+  FOR_EACH(i, EMIT_ITEMS(bodyCount)) {
+    emitPairsOf(WITH_CHECKS i, levels, nodes, order, infos, found, kept, offsets, counts, keys);
   }
 }
