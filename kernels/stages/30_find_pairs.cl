@@ -159,7 +159,7 @@ static void meet(CHECKS uint self, uint other, uint found, __global uint* kept, 
 // The bodies at the places [BVH_ARITY * block, ...) of the order, which lie near each other, look for pairs together.
 typedef struct BodyBlock {
   uint block, count;
-  uint bodies[BVH_ARITY], found[BVH_ARITY];
+  uint bodies[BVH_ARITY], found[BVH_ARITY], kindsToMeet[BVH_ARITY];
   BodyInfo infos[BVH_ARITY];
   Aabb boxes[BVH_ARITY];
 } BodyBlock;
@@ -175,7 +175,7 @@ static void meetBodies(CHECKS BodyBlock* at, uint members, uint block, __constan
   for (; members; members &= members - 1) {
     const uint m = popcount((members & (0 - members)) - 1u), self = at->bodies[m];
     const BodyInfo info = at->infos[m];
-    uint mask = exist & meetBlock(nodes, first, at->boxes[m], kindsToMeet(itemKind(info)));
+    uint mask = exist & meetBlock(nodes, first, at->boxes[m], at->kindsToMeet[m]);
     if (block == at->block) mask &= ~((2u << m) - 1u);  // only those behind itself
     for (; mask; mask &= mask - 1) {
       const uint other = AT(order, first + popcount((mask & (0 - mask)) - 1u));
@@ -194,6 +194,7 @@ static void openBlock(CHECKS BodyBlock* at, uint block, __constant BvhLevels* le
     at->bodies[m] = AT(order, block * BVH_ARITY + m);
     at->found[m] = 0;
     at->infos[m] = AT(infos, at->bodies[m]);
+    at->kindsToMeet[m] = kindsToMeet(itemKind(at->infos[m]));
     at->boxes[m] = loadBox(nodes, block * BVH_ARITY + m);
   }
 }
