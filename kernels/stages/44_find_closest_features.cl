@@ -7,6 +7,10 @@
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
+#if defined(BTGPU_SHAPE_CPU) && !defined(BTGPU_DEBUG)  // the vector code checks nothing
+#include "../lib/first_look_wide.h"
+#define BTGPU_FIRST_LOOK
+#endif
 
 // A hull's part of the arrays of all hulls is there.
 #define ASSERT_HULL(s)                                                                                                 \
@@ -58,6 +62,52 @@ static void findInBlock(CHECKS PairBlock* block, Hulls hulls, __global RawContac
 
 #endif
 
+#ifdef BTGPU_FIRST_LOOK
+
+// Stores what there is to store of the pairs that are far apart along the axis that they begin with, of `count` at the
+// positions from k on, which are those of items[]. Bits of the result: which ones.
+static uint findFarPairs(uint k, uint count, __global const uint* items, __global const Pair* pairs,
+                         __global const BodyInfo* infos, __global const Shape* shapes, __global const BodyPose* poses,
+                         __global const Manifold* oldManifolds, Hulls hulls, __global RawContacts* contacts,
+                         __global uint* near, __global uint* overlap) {
+  FirstLook look;
+  for (uint l = 0; l < BTGPU_WIDE; ++l) {
+    const Pair pair = pairs[items[l < count ? l : 0]];
+    look.bodiesA[l] = pair.bodyA;
+    look.bodiesB[l] = pair.bodyB;
+    if (pair.oldManifold != NO_INDEX) prefetchSoon(&oldManifolds[pair.oldManifold], 128);
+  }
+  for (uint l = 0; l < BTGPU_WIDE; ++l) {
+    const Pair pair = pairs[items[l < count ? l : 0]];
+    const Shape a = shapes[infos[pair.bodyA].shapeIndex], b = shapes[infos[pair.bodyB].shapeIndex];
+    addFirstLook(&look, (int)l, a, b, contactThreshold(pair, infos, shapes, oldManifolds));
+    look.starts[l] = START_CENTRES;
+    setLane(look.axes, (int)l, vec3(0.0f, 0.0f, 0.0f));
+    if (l >= count) look.lanes[l] = 0;
+    if (pair.oldManifold == NO_INDEX) continue;
+    __global const Manifold* old = &oldManifolds[pair.oldManifold];
+    if (old->pointCount > 0) {
+      look.starts[l] = START_CONTACT;
+      setLane(look.axes, (int)l, old->points[0].normalWorldOnB);
+    } else if (old->axis != 0) {
+      look.starts[l] = START_APART;
+      setLane(look.axes, (int)l, unpackAxis(old->axis));
+    }
+  }
+  lookFirst(&look, hulls, poses);
+  uint far = 0;
+  for (uint l = 0; l < count; ++l) {
+    if (!look.isFar[l]) continue;
+    far |= 1u << l;
+    near[k + l] = overlap[k + l] = 0;
+    contacts[items[l]].count = 0;
+    contacts[items[l]].axis = look.packed[l];
+  }
+  return far;
+}
+
+#endif
+
 // Begins with the normal of the last step, or with the axis that the two were apart along. Of the pair at position k:
 // near[k] is 1 where a contact is possible, overlap[k] where the cores overlap and findWaysOut has to find the axis.
 // Clears the pair's candidates, and says in their `axis` where to begin in the next step.
@@ -76,8 +126,19 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
   PairBlock block;
   block.gjk.count = 0;
 #endif
+#ifdef BTGPU_FIRST_LOOK
+  uint looked = NO_INDEX, far = 0;  // BTGPU_WIDE pairs from `looked` on; bits: which ones are settled
+#endif
   FOR_EACH(n, bucketFirst[LAST_BUCKET + 1] - first) {
     const uint k = before + n, i = AT(items, first + n);
+#ifdef BTGPU_FIRST_LOOK
+    if (looked == NO_INDEX || n - looked == BTGPU_WIDE) {
+      looked = n;
+      far = findFarPairs(k, min((uint)BTGPU_WIDE, n_end - n), items + first + n, pairs, infos, shapes, poses,
+                         oldManifolds, hulls, contacts, near, overlap);
+    }
+    if (far >> (n - looked) & 1u) continue;
+#endif
     const Pair pair = AT(pairs, i);
     const Shape a = AT(shapes, AT(infos, pair.bodyA).shapeIndex), b = AT(shapes, AT(infos, pair.bodyB).shapeIndex);
     ASSERT_HULL(a);
