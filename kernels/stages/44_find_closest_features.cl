@@ -66,16 +66,23 @@ static void findInBlock(CHECKS PairBlock* block, Hulls hulls, __global RawContac
 
 // Stores what there is to store of the pairs that are far apart along the axis that they begin with, of `count` at the
 // positions from k on, which are those of items[]. Bits of the result: which ones.
-static uint findFarPairs(uint k, uint count, __global const uint* items, __global const Pair* pairs,
+// `behind`: how many more follow, whose memory is asked for.
+static uint findFarPairs(uint k, uint count, uint behind, __global const uint* items, __global const Pair* pairs,
                          __global const BodyInfo* infos, __global const Shape* shapes, __global const BodyPose* poses,
                          __global const Manifold* oldManifolds, Hulls hulls, __global RawContacts* contacts,
                          __global uint* near, __global uint* overlap) {
   FirstLook look;
+  for (uint l = 0; l < min((uint)BTGPU_WIDE, behind); ++l) {
+    const uint i = items[BTGPU_WIDE + l], old = pairs[i].oldManifold;
+    if (old != NO_INDEX) prefetchSoon(&oldManifolds[old], 64);
+    prefetchSoon(&contacts[i].count, 8);
+  }
   for (uint l = 0; l < BTGPU_WIDE; ++l) {
     const Pair pair = pairs[items[l < count ? l : 0]];
     look.bodiesA[l] = pair.bodyA;
     look.bodiesB[l] = pair.bodyB;
-    if (pair.oldManifold != NO_INDEX) prefetchSoon(&oldManifolds[pair.oldManifold], 128);
+    if (pair.oldManifold == NO_INDEX || oldManifolds[pair.oldManifold].pointCount == 0) continue;
+    prefetchSoon(&oldManifolds[pair.oldManifold].points[0].normalWorldOnB, 16);
   }
   for (uint l = 0; l < BTGPU_WIDE; ++l) {
     const Pair pair = pairs[items[l < count ? l : 0]];
@@ -134,8 +141,9 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
 #ifdef BTGPU_FIRST_LOOK
     if (looked == NO_INDEX || n - looked == BTGPU_WIDE) {
       looked = n;
-      far = findFarPairs(k, min((uint)BTGPU_WIDE, n_end - n), items + first + n, pairs, infos, shapes, poses,
-                         oldManifolds, hulls, contacts, near, overlap);
+      const uint count = min((uint)BTGPU_WIDE, n_end - n);
+      far = findFarPairs(k, count, n_end - n - count, items + first + n, pairs, infos, shapes, poses, oldManifolds,
+                         hulls, contacts, near, overlap);
     }
     if (far >> (n - looked) & 1u) continue;
 #endif
