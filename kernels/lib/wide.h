@@ -73,6 +73,13 @@ WIDE void prefetchSoon(__global const void* from, uint bytes) {
 #endif
 }
 
+// ... that will be written.
+WIDE void prefetchToWrite(__global const void* to, uint bytes) {
+#if defined(__x86_64__) || defined(__aarch64__)
+  for (uint at = 0; at < bytes; at += 64) __builtin_prefetch((const void*)((size_t)to + at), 1, 3);
+#endif
+}
+
 // ---- transposition between an array of float4 and lanes
 
 // clang's own, which stands behind every OpenCL for CPUs: vectors put together from elements become twice as many

@@ -4,6 +4,9 @@
 #include "../lib/kernel.h"
 #include "../lib/manifold.h"
 #include "../shared/shape.h"
+#ifdef BTGPU_SHAPE_CPU
+#include "../lib/wide.h"
+#endif
 
 // Of a pair that has none yet; without points.
 static void makeManifold(NEAR Manifold* m, uint bodyA, uint bodyB, Shape a, Shape b, BodyMaterial materialA,
@@ -111,6 +114,25 @@ static void store(const Manifold* m, __global Manifold* to) {
   for (int k = 0; k < m->pointCount; ++k) to->points[k] = m->points[k];
 }
 
+#define PAIRS_AHEAD 16u  // that memory is asked for so long before it is needed: of the heads,
+#define POINTS_AHEAD 8u  // and of the points that there are
+
+// Manifolds are too far from each other for the CPU to guess where the next one is.
+static void askForPair(const __global Pair* pair, const __global RawContacts* raw,
+                       const __global Manifold* oldManifolds, const __global Manifold* to) {
+  if (pair->oldManifold != NO_INDEX) prefetchSoon(&oldManifolds[pair->oldManifold], 64);
+  prefetchSoon(&raw->count, 8);
+  prefetchToWrite(to, 64);
+}
+static void askForPoints(const __global Pair* pair, const __global RawContacts* raw,
+                         const __global Manifold* oldManifolds, const __global Manifold* to) {
+  const uint old = pair->oldManifold;
+  const int oldPoints = old == NO_INDEX ? 0 : oldManifolds[old].pointCount, points = max(raw->count, oldPoints);
+  if (oldPoints > 0) prefetchSoon(oldManifolds[old].points, (uint)(sizeof(ContactPoint) * min(oldPoints, MANIFOLD_POINTS)));
+  if (points > 0) prefetchToWrite(to->points, (uint)(sizeof(ContactPoint) * min(points, MANIFOLD_POINTS)));
+  if (raw->count > 0) prefetchSoon(raw, 64);
+}
+
 // One manifold a pair, in pair order.
 KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
                      __global const Pair* pairs, __global const RawContacts* contacts,
@@ -120,6 +142,10 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     const Pair pair = AT(pairs, i);
+    if (i + PAIRS_AHEAD < i_end) {
+      askForPair(pairs + i + PAIRS_AHEAD, contacts + i + PAIRS_AHEAD, oldManifolds, manifolds + i + PAIRS_AHEAD);
+      askForPoints(pairs + i + POINTS_AHEAD, contacts + i + POINTS_AHEAD, oldManifolds, manifolds + i + POINTS_AHEAD);
+    }
     Manifold m;
     if (pair.oldManifold != NO_INDEX) copyManifold(&AT(oldManifolds, pair.oldManifold), &m);
     match(WITH_CHECKS i, pair, &m, params, contacts, infos, shapes, poses, materials);
