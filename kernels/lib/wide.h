@@ -5,6 +5,7 @@
 #ifndef BTGPU_LIB_WIDE_H
 #define BTGPU_LIB_WIDE_H
 #include "../shared/types.h"
+#include "kernel.h"
 #include "vec.h"
 
 #define BTGPU_WIDE 16  // divides BTGPU_LANES
@@ -64,20 +65,6 @@ WIDE Lanes3 timesWide(Lanes3 a, Lanes s) {
   a.y *= s;
   a.z *= s;
   return a;
-}
-
-// Asks for `bytes` from an address that will be read soon and that the CPU can't guess. Interpreters know no such thing.
-WIDE void prefetchSoon(__global const void* from, uint bytes) {
-#if defined(__x86_64__) || defined(__aarch64__)
-  for (uint at = 0; at < bytes; at += 64) __builtin_prefetch((const void*)((size_t)from + at), 0, 3);
-#endif
-}
-
-// ... that will be written.
-WIDE void prefetchToWrite(__global const void* to, uint bytes) {
-#if defined(__x86_64__) || defined(__aarch64__)
-  for (uint at = 0; at < bytes; at += 64) __builtin_prefetch((const void*)((size_t)to + at), 1, 3);
-#endif
 }
 
 // ---- transposition between an array of float4 and lanes

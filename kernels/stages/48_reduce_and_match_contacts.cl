@@ -4,9 +4,6 @@
 #include "../lib/kernel.h"
 #include "../lib/manifold.h"
 #include "../shared/shape.h"
-#ifdef BTGPU_SHAPE_CPU
-#include "../lib/wide.h"
-#endif
 
 // Of a pair that has none yet; without points.
 static void makeManifold(NEAR Manifold* m, uint bodyA, uint bodyB, Shape a, Shape b, BodyMaterial materialA,
@@ -114,8 +111,7 @@ static void store(const Manifold* m, __global Manifold* to) {
   for (int k = 0; k < m->pointCount; ++k) to->points[k] = m->points[k];
 }
 
-#define PAIRS_AHEAD 16u  // that memory is asked for so long before it is needed: of the heads,
-#define POINTS_AHEAD 8u  // and of the points that there are
+#define POINTS_AHEAD (ITEMS_AHEAD / 2)  // once it is known how many there are
 
 // Manifolds are too far from each other for the CPU to guess where the next one is.
 static void askForPair(const __global Pair* pair, const __global RawContacts* raw,
@@ -142,8 +138,8 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     const Pair pair = AT(pairs, i);
-    if (i + PAIRS_AHEAD < i_end) {
-      askForPair(pairs + i + PAIRS_AHEAD, contacts + i + PAIRS_AHEAD, oldManifolds, manifolds + i + PAIRS_AHEAD);
+    if (i + ITEMS_AHEAD < i_end) {
+      askForPair(pairs + i + ITEMS_AHEAD, contacts + i + ITEMS_AHEAD, oldManifolds, manifolds + i + ITEMS_AHEAD);
       askForPoints(pairs + i + POINTS_AHEAD, contacts + i + POINTS_AHEAD, oldManifolds, manifolds + i + POINTS_AHEAD);
     }
     Manifold m;
