@@ -40,7 +40,8 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   m_tree.refit(queue, bodies, world.infos, world.aabbs);
   m_found.resize(queue, bodies);
   m_offsets.resize(queue, bodies);
-  m_kept.resize(queue, bodies * PAIRS_KEPT);
+  const bool inBlocks = queue.device().shape() == KernelShape::Cpu;
+  m_kept.resize(queue, inBlocks ? size_t{boxesInBlocks(count)} / BVH_ARITY * PAIRS_KEPT_OF_BLOCK : bodies * PAIRS_KEPT);
   m_countPairs.launch(queue, grid, count, m_tree.levels(), m_tree.nodes(), m_tree.order(), world.infos, m_found,
                       m_tree.counts(), m_kept);
   m_scan.exclusive(queue, {bodies}, m_tree.counts(), m_offsets, world.pairCount);

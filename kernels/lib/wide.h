@@ -5,7 +5,6 @@
 #ifndef BTGPU_LIB_WIDE_H
 #define BTGPU_LIB_WIDE_H
 #include "../shared/types.h"
-#include "kernel.h"
 #include "vec.h"
 
 #define BTGPU_WIDE 16  // divides BTGPU_LANES

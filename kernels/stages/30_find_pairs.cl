@@ -143,34 +143,27 @@ KERNEL bvhHigh(__constant BvhLevels* levels, __global Aabb* nodes) {
 
 // ---- traversal -----------------------------------------------------------------------------------------------
 
-// Counts a pair that was found, the found'th of its body, or emits it if there are keys[].
-static void meet(CHECKS uint self, uint other, uint found, __global uint* kept, volatile __global uint* counts,
-                 __global const uint* offsets, __global ulong* keys) {
-  if (keys) {
-    emitPair(WITH_CHECKS self, other, offsets, counts, keys);
-  } else {
-    atomic_inc(&AT(counts, min(self, other)));
-    if (found < PAIRS_KEPT) kept[found] = other;
-  }
-}
-
 #ifdef BTGPU_SHAPE_CPU
 
 // The bodies at the places [BVH_ARITY * block, ...) of the order, which lie near each other, look for pairs together.
 typedef struct BodyBlock {
-  uint block, count;
-  uint bodies[BVH_ARITY], found[BVH_ARITY], kindsToMeet[BVH_ARITY];
+  uint block, count, total;  // total: pairs found, of all
+  uint bodies[BVH_ARITY], kindsToMeet[BVH_ARITY];
   BodyInfo infos[BVH_ARITY];
   Aabb boxes[BVH_ARITY];
 } BodyBlock;
 
-// Pairs of the bodies `members` (bits) of a block with those of the same or a later one.
-static void meetBodies(CHECKS BodyBlock* at, uint members, uint block, __constant BvhLevels* levels,
+// A pair that is kept: which of the block's bodies and, in the bits below, its partner.
+#define KEPT_MEMBER_SHIFT 29
+
+// Pairs of a block's bodies with those of the same or a later one.
+static void meetBodies(CHECKS BodyBlock* at, uint block, __constant BvhLevels* levels,
                        __global const Aabb* nodes, __global const uint* order, __global const BodyInfo* infos,
                        __global uint* kept, volatile __global uint* counts, __global const uint* offsets,
                        __global ulong* keys) {
   const uint first = block * BVH_ARITY;
   const uint exist = (1u << min(BVH_ARITY, levels->size[0] - first)) - 1u;
+  uint members = (1u << at->count) - 1u;
   members &= overlapBlock(nodes, at->block * BVH_ARITY, loadBox(nodes, levels->first[1] + block));
   for (; members; members &= members - 1) {
     const uint m = popcount((members & (0 - members)) - 1u), self = at->bodies[m];
@@ -180,8 +173,13 @@ static void meetBodies(CHECKS BodyBlock* at, uint members, uint block, __constan
     for (; mask; mask &= mask - 1) {
       const uint other = AT(order, first + popcount((mask & (0 - mask)) - 1u));
       if (!mayMeet(WITH_CHECKS self, info, other, infos)) continue;
-      meet(WITH_CHECKS self, other, at->found[m], kept ? kept + m * PAIRS_KEPT : 0, counts, offsets, keys);
-      ++at->found[m];
+      if (keys) {
+        emitPair(WITH_CHECKS self, other, offsets, counts, keys);
+        continue;
+      }
+      atomic_inc(&AT(counts, min(self, other)));
+      if (at->total < PAIRS_KEPT_OF_BLOCK) kept[at->total] = m << KEPT_MEMBER_SHIFT | other;
+      ++at->total;
     }
   }
 }
@@ -190,24 +188,24 @@ static void openBlock(CHECKS BodyBlock* at, uint block, __constant BvhLevels* le
                       __global const uint* order, __global const BodyInfo* infos) {
   at->block = block;
   at->count = min(BVH_ARITY, levels->size[0] - block * BVH_ARITY);
+  at->total = 0;
   for (uint m = 0; m < at->count; ++m) {
     at->bodies[m] = AT(order, block * BVH_ARITY + m);
-    at->found[m] = 0;
     at->infos[m] = AT(infos, at->bodies[m]);
     at->kindsToMeet[m] = kindsToMeet(itemKind(at->infos[m]));
     at->boxes[m] = loadBox(nodes, block * BVH_ARITY + m);
   }
 }
 
-// Goes through the tree with the bodies `members` of a block: pairs with all that are behind them in the order. Without
-// keys[], counts each pair at its lower body, and writes the first PAIRS_KEPT partners of each to kept[]; with it, emits.
-static void visitPairs(CHECKS BodyBlock* at, uint members, __constant BvhLevels* levels, __global const Aabb* nodes,
+// Goes through the tree with the bodies of a block: pairs with all that are behind them in the order. Without keys[],
+// counts each pair at its lower body, and writes the first PAIRS_KEPT_OF_BLOCK to kept[]; with it, emits.
+static void visitPairs(CHECKS BodyBlock* at, __constant BvhLevels* levels, __global const Aabb* nodes,
                        __global const uint* order, __global const BodyInfo* infos, __global uint* kept,
                        volatile __global uint* counts, __global const uint* offsets, __global ulong* keys) {
   const uint top = levels->levelCount - 1;
   if (top == 0) return;
   if (top == 1) {
-    meetBodies(WITH_CHECKS at, members, 0, levels, nodes, order, infos, kept, counts, offsets, keys);
+    meetBodies(WITH_CHECKS at, 0, levels, nodes, order, infos, kept, counts, offsets, keys);
     return;
   }
   const Aabb around = loadBox(nodes, levels->first[1] + at->block);
@@ -224,7 +222,7 @@ static void visitPairs(CHECKS BodyBlock* at, uint members, __constant BvhLevels*
     if (behind > begin[level]) mask &= ~((1u << min(BVH_ARITY, behind - begin[level])) - 1u);
     if (level == 1) {
       for (; mask; mask &= mask - 1) {
-        meetBodies(WITH_CHECKS at, members, begin[1] + popcount((mask & (0 - mask)) - 1u), levels, nodes, order, infos,
+        meetBodies(WITH_CHECKS at, begin[1] + popcount((mask & (0 - mask)) - 1u), levels, nodes, order, infos,
                    kept, counts, offsets, keys);
       }
     }
@@ -237,40 +235,49 @@ static void visitPairs(CHECKS BodyBlock* at, uint members, __constant BvhLevels*
   }
 }
 
-// found[i]: pairs found from position i; counts[b]: pairs whose lower body is b.
+// found[i]: pairs found from block i of the order; counts[b]: pairs whose lower body is b.
 KERNEL countPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
                   __global const uint* order, __global const BodyInfo* infos, __global uint* found,
                   __global uint* counts, __global uint* kept) {
   FOR_EACH(block, (bodyCount + BVH_ARITY - 1) / BVH_ARITY) {
     BodyBlock at;
     openBlock(WITH_CHECKS &at, block, levels, nodes, order, infos);
-    visitPairs(WITH_CHECKS &at, (1u << at.count) - 1u, levels, nodes, order, infos,
-               kept + (ulong)block * (BVH_ARITY * PAIRS_KEPT), counts, 0, 0);
-    for (uint m = 0; m < at.count; ++m) AT(found, block * BVH_ARITY + m) = at.found[m];
+    visitPairs(WITH_CHECKS &at, levels, nodes, order, infos, kept + (ulong)block * PAIRS_KEPT_OF_BLOCK, counts, 0, 0);
+    AT(found, block) = at.total;
   }
 }
 
-// Those of a block that have more pairs than were kept go through the tree once more.
+// Of a block; only with more pairs than were kept it goes through the tree once more.
 static void emitPairsOf(CHECKS uint block, __constant BvhLevels* levels, __global const Aabb* nodes,
                         __global const uint* order, __global const BodyInfo* infos, __global const uint* found,
                         __global const uint* kept, __global const uint* offsets, __global uint* counts,
                         __global ulong* keys) {
-  uint again = 0;
-  for (uint m = 0; m < min(BVH_ARITY, levels->size[0] - block * BVH_ARITY); ++m) {
-    const uint i = block * BVH_ARITY + m, self = AT(order, i), pairs = AT(found, i);
-    if (pairs > PAIRS_KEPT) again |= 1u << m;
-    for (uint k = 0; pairs <= PAIRS_KEPT && k < pairs; ++k) {
-      emitPair(WITH_CHECKS self, AT(kept, (ulong)i * PAIRS_KEPT + k), offsets, counts, keys);
-    }
+  if (AT(found, block) > PAIRS_KEPT_OF_BLOCK) {
+    BodyBlock at;
+    openBlock(WITH_CHECKS &at, block, levels, nodes, order, infos);
+    visitPairs(WITH_CHECKS &at, levels, nodes, order, infos, 0, counts, offsets, keys);
+    return;
   }
-  if (!again) return;
-  BodyBlock at;
-  openBlock(WITH_CHECKS &at, block, levels, nodes, order, infos);
-  visitPairs(WITH_CHECKS &at, again, levels, nodes, order, infos, 0, counts, offsets, keys);
+  for (uint k = 0; k < AT(found, block); ++k) {
+    const uint pair = AT(kept, (ulong)block * PAIRS_KEPT_OF_BLOCK + k);
+    emitPair(WITH_CHECKS AT(order, block * BVH_ARITY + (pair >> KEPT_MEMBER_SHIFT)),
+             pair & ((1u << KEPT_MEMBER_SHIFT) - 1u), offsets, counts, keys);
+  }
 }
 #define EMIT_ITEMS(bodyCount) ((bodyCount + BVH_ARITY - 1) / BVH_ARITY)
 
 #else
+
+// Counts a pair that was found, the found'th of its body, or emits it if there are keys[].
+static void meet(CHECKS uint self, uint other, uint found, __global uint* kept, volatile __global uint* counts,
+                 __global const uint* offsets, __global ulong* keys) {
+  if (keys) {
+    emitPair(WITH_CHECKS self, other, offsets, counts, keys);
+  } else {
+    atomic_inc(&AT(counts, min(self, other)));
+    if (found < PAIRS_KEPT) kept[found] = other;
+  }
+}
 
 // Visits the sorted bodies behind `position` whose AABB overlaps its own. Returns how many pass the filters. Without
 // keys[], counts each pair at its lower body, and writes the first PAIRS_KEPT partners to kept[]; with it, emits.
@@ -310,6 +317,7 @@ static uint visitPairs(CHECKS uint position, __constant BvhLevels* levels, __glo
   }
 }
 
+// found[i]: pairs found from position i; counts[b]: pairs whose lower body is b.
 KERNEL countPairs(CHECKS uint bodyCount, __constant BvhLevels* levels, __global const Aabb* nodes,
                   __global const uint* order, __global const BodyInfo* infos, __global uint* found,
                   __global uint* counts, __global uint* kept) {

@@ -34,9 +34,13 @@ static void storeClosest(CHECKS CorePair cores, Hulls hulls, Matrix3 ra, int wha
                          uint i, __global RawContacts* contacts, __global ClosestFeatures* closest, __global uint* near,
                          __global uint* overlap) {
   if (what == CORES_NEAR) preferFaces(cores, hulls, &found);
-  if (what != CORES_FAR) AT(closest, k) = found;
   AT(near, k) = what != CORES_FAR;
+#ifdef BTGPU_SHAPE_CPU
+  if (what != CORES_FAR) AT(closest, k) = what == CORES_OVERLAP ? wayOutOf(cores, hulls) : found;
+#else
+  if (what != CORES_FAR) AT(closest, k) = found;
   AT(overlap, k) = what == CORES_OVERLAP;
+#endif
   AT(contacts, i).count = 0;
   AT(contacts, i).axis = what == CORES_OVERLAP ? 0 : packAxis(mulMatrix(ra, found.normal / length3(found.normal)));
 }
@@ -70,7 +74,7 @@ static void findInBlock(CHECKS PairBlock* block, Hulls hulls, __global RawContac
 static uint findFarPairs(uint k, uint count, uint behind, __global const uint* items, __global const Pair* pairs,
                          __global const BodyInfo* infos, __global const Shape* shapes, __global const BodyPose* poses,
                          __global const Manifold* oldManifolds, Hulls hulls, __global RawContacts* contacts,
-                         __global uint* near, __global uint* overlap) {
+                         __global uint* near) {
   FirstLook look;
   for (uint l = 0; l < min((uint)BTGPU_WIDE, behind); ++l) {
     const uint i = items[BTGPU_WIDE + l], old = pairs[i].oldManifold;
@@ -106,7 +110,7 @@ static uint findFarPairs(uint k, uint count, uint behind, __global const uint* i
   for (uint l = 0; l < count; ++l) {
     if (!look.isFar[l]) continue;
     far |= 1u << l;
-    near[k + l] = overlap[k + l] = 0;
+    near[k + l] = 0;
     contacts[items[l]].count = 0;
     contacts[items[l]].axis = look.packed[l];
   }
@@ -116,7 +120,8 @@ static uint findFarPairs(uint k, uint count, uint behind, __global const uint* i
 #endif
 
 // Begins with the normal of the last step, or with the axis that the two were apart along. Of the pair at position k:
-// near[k] is 1 where a contact is possible, overlap[k] where the cores overlap and findWaysOut has to find the axis.
+// near[k] is 1 where a contact is possible, overlap[k] where the cores overlap and findWaysOut has to find the axis; on the
+// CPU shape, where no lane waits for another, it is found at once.
 // Clears the pair's candidates, and says in their `axis` where to begin in the next step.
 KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
                            __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
@@ -143,7 +148,7 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
       looked = n;
       const uint count = min((uint)BTGPU_WIDE, n_end - n);
       far = findFarPairs(k, count, n_end - n - count, items + first + n, pairs, infos, shapes, poses, oldManifolds,
-                         hulls, contacts, near, overlap);
+                         hulls, contacts, near);
     }
     if (far >> (n - looked) & 1u) continue;
 #endif
@@ -188,7 +193,7 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
 #endif
 }
 
-// The axes of the pairs whose cores overlap; overlapping[] lists their positions.
+// GPU shape: the axes of the pairs whose cores overlap; overlapping[] lists their positions.
 KERNEL findWaysOut(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
                    __global const uint* overlapping, __global const uint* bucketFirst, __global const uint* items,
                    __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,
