@@ -8,7 +8,7 @@ namespace {
 constexpr const char* kFile = "stages/30_find_pairs.cl";
 
 // Steps that one order of the bodies serves for. They don't move far in so few, and no result depends on it.
-constexpr uint kStepsPerSort = 4;
+constexpr uint kStepsPerSort = 8;
 
 }  // namespace
 

@@ -113,20 +113,25 @@ static void store(const Manifold* m, __global Manifold* to) {
 
 #define POINTS_AHEAD (ITEMS_AHEAD / 2)  // once it is known how many there are
 
+static int hasCandidates(const __global Pair* pair) {
+  return pair->bucket != BUCKET_NONE && pair->bucket != BUCKET_CARRY && pair->bucket != BUCKET_HOST;
+}
+
 // Manifolds are too far from each other for the CPU to guess where the next one is.
 static void askForPair(const __global Pair* pair, const __global RawContacts* raw,
                        const __global Manifold* oldManifolds, const __global Manifold* to) {
   if (pair->oldManifold != NO_INDEX) prefetchSoon(&oldManifolds[pair->oldManifold], 64);
-  prefetchSoon(&raw->count, 8);
+  if (hasCandidates(pair)) prefetchSoon(&raw->count, 8);
   prefetchToWrite(to, 64);
 }
 static void askForPoints(const __global Pair* pair, const __global RawContacts* raw,
                          const __global Manifold* oldManifolds, const __global Manifold* to) {
-  const uint old = pair->oldManifold;
-  const int oldPoints = old == NO_INDEX ? 0 : oldManifolds[old].pointCount, points = max(raw->count, oldPoints);
-  if (oldPoints > 0) prefetchSoon(oldManifolds[old].points, (uint)(sizeof(ContactPoint) * min(oldPoints, MANIFOLD_POINTS)));
-  if (points > 0) prefetchToWrite(to->points, (uint)(sizeof(ContactPoint) * min(points, MANIFOLD_POINTS)));
-  if (raw->count > 0) prefetchSoon(raw, 64);
+  const int candidates = hasCandidates(pair) ? raw->count : 0;
+  const int kept = pair->oldManifold == NO_INDEX ? 0 : oldManifolds[pair->oldManifold].pointCount;
+  const uint size = sizeof(ContactPoint), points = (uint)min(max(candidates, kept), MANIFOLD_POINTS);
+  if (kept > 0) prefetchSoon(oldManifolds[pair->oldManifold].points, size * (uint)min(kept, MANIFOLD_POINTS));
+  if (points > 0) prefetchToWrite(to->points, size * points);
+  if (candidates > 0) prefetchSoon(raw, 64);
 }
 
 // One manifold a pair, in pair order.
