@@ -130,9 +130,9 @@ class CaptureTest : public DeviceTest {
     if (kernel == "bvhHigh") return true;
     const std::set<std::string> onlyCpu = {"colourGreedy", "solveInTeam", "solveJointsInTeam", "substepsInTeam",
                                            "layBoxes"};
-    const std::set<std::string> onlyGpu = {"colourRound", "colourRest",   "countColours",   "fillSlots",
-                                           "solveColour", "solveRest",    "gatherContacts", "substepColour",
-                                           "substepRest", "substepBodies"};
+    const std::set<std::string> onlyGpu = {"colourRound", "colourRest",    "countColours",   "fillSlots",
+                                           "solveColour", "solveRest",     "gatherContacts", "substepColour",
+                                           "substepRest", "substepBodies", "findWaysOut"};
     const auto& foreign = device().shape() == KernelShape::Cpu ? onlyGpu : onlyCpu;
     return foreign.count(kernel) > 0;
   }
