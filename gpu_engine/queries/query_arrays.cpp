@@ -16,7 +16,7 @@ void QueryArrays::upload(Queue& queue, const QueryItems& from, Items& to) {
   uploadAll(queue, from.forms, to.forms);
   uploadAll(queue, from.aabbs, to.aabbs);
   to.tree.sort(queue, to.treeCount, to.infos, to.aabbs);
-  to.tree.refit(queue, to.treeCount, to.aabbs);
+  to.tree.refit(queue, to.treeCount, to.infos, to.aabbs);
 }
 
 void QueryArrays::upload(Queue& queue, const QueryWorld& world) {

@@ -10,7 +10,7 @@ namespace btgpu {
 namespace {
 
 constexpr const char* kFile = "stages/30_find_pairs.cl";
-constexpr uint kMortonKeyBits = PAIR_SORT_STATIC_BIT + 2;
+constexpr uint kMortonKeyBits = PAIR_SORT_BIT + 2;
 constexpr uint kLowLevels = 4;  // that bvhLow makes
 
 }  // namespace
@@ -66,15 +66,14 @@ void BoundsTree::sort(Queue& queue, size_t count, const DeviceArray<BodyInfo>& i
   m_sort.pairs(queue, {count}, m_mortonCodes, m_order, {{0, kMortonKeyBits}});
 }
 
-void BoundsTree::refit(Queue& queue, size_t count, const DeviceArray<Aabb>& aabbs, bool withRoot) {
+void BoundsTree::refit(Queue& queue, size_t count, const DeviceArray<BodyInfo>& infos, const DeviceArray<Aabb>& aabbs) {
   layout(queue, count);
   m_counts.resize(queue, std::max<size_t>(1, count));
   if (count == 0) return;
   const size_t local = queue.device().groupSize();
-  m_bvhLow.launch(queue, queue.device().grid(count), static_cast<uint>(count), m_deviceLevels, m_order, aabbs, m_nodes,
-                  m_counts);
-  if (m_levels.front().levelCount > kLowLevels + (withRoot ? 0 : 1))
-    m_bvhHigh.launch(queue, {local, local}, m_deviceLevels, m_nodes);
+  m_bvhLow.launch(queue, queue.device().grid(count), static_cast<uint>(count), m_deviceLevels, m_order, infos, aabbs,
+                  m_nodes, m_counts);
+  if (m_levels.front().levelCount > kLowLevels) m_bvhHigh.launch(queue, {local, local}, m_deviceLevels, m_nodes);
 }
 
 }  // namespace btgpu

@@ -30,8 +30,7 @@ class BoundsTree {
   // Orders the first `count` AABBs along the Morton curve.
   void sort(Queue& queue, size_t count, const DeviceArray<BodyInfo>& infos, const DeviceArray<Aabb>& aabbs);
   // The tree over them in the order of the last sort(), which was one of as many; the AABBs may be others by now.
-  // `withRoot`: its topmost node as well, if who goes through it looks at that.
-  void refit(Queue& queue, size_t count, const DeviceArray<Aabb>& aabbs, bool withRoot = true);
+  void refit(Queue& queue, size_t count, const DeviceArray<BodyInfo>& infos, const DeviceArray<Aabb>& aabbs);
 
   // Of arrays with at least one element each, if only so that kernels can be given them.
   const DeviceArray<BvhLevels>& levels() const { return m_deviceLevels; }

@@ -7,9 +7,8 @@ namespace {
 
 constexpr const char* kFile = "stages/30_find_pairs.cl";
 
-// Steps that one order of the bodies serves for. They don't move far in so few, and no result depends on it. On a CPU
-// the launches of a sort cost more than a tree that is a little worse.
-uint stepsPerSort(const ComputeDevice& device) { return device.shape() == KernelShape::Cpu ? 8 : 4; }
+// Steps that one order of the bodies serves for. They don't move far in so few, and no result depends on it.
+constexpr uint kStepsPerSort = 8;
 
 }  // namespace
 
@@ -22,7 +21,7 @@ FindPairs::FindPairs(ComputeDevice& device)
 
 void FindPairs::sortBodies(Queue& queue, const DeviceWorld& world) {
   const size_t bodies = world.bodyCount;
-  if (m_sortedBodies == bodies && m_stepsSinceSort < stepsPerSort(queue.device())) {
+  if (m_sortedBodies == bodies && m_stepsSinceSort < kStepsPerSort) {
     ++m_stepsSinceSort;
     return;
   }
@@ -38,10 +37,11 @@ void FindPairs::enqueue(Queue& queue, DeviceWorld& world) {
   const uint count = static_cast<uint>(bodies), capacity = static_cast<uint>(world.capacities.pairs);
   const Grid grid = queue.device().grid(bodies);
   sortBodies(queue, world);
-  m_tree.refit(queue, bodies, world.aabbs, queue.device().shape() == KernelShape::Gpu);
+  m_tree.refit(queue, bodies, world.infos, world.aabbs);
   m_found.resize(queue, bodies);
   m_offsets.resize(queue, bodies);
-  m_kept.resize(queue, bodies * PAIRS_KEPT);
+  const bool inBlocks = queue.device().shape() == KernelShape::Cpu;
+  m_kept.resize(queue, inBlocks ? size_t{boxesInBlocks(count)} / BVH_ARITY * PAIRS_KEPT_OF_BLOCK : bodies * PAIRS_KEPT);
   m_countPairs.launch(queue, grid, count, m_tree.levels(), m_tree.nodes(), m_tree.order(), world.infos, m_found,
                       m_tree.counts(), m_kept);
   m_scan.exclusive(queue, {bodies}, m_tree.counts(), m_offsets, world.pairCount);

@@ -12,7 +12,7 @@ constexpr const char* kFile = "stages/44_find_closest_features.cl";
 
 void FindClosestFeatures::build(ComputeDevice& device, Kernels& kernels, const char* options) {
   kernels.findClosestFeatures = Kernel(device, kFile, "findClosestFeatures", options);
-  kernels.findWaysOut = Kernel(device, kFile, "findWaysOut", options);
+  if (device.shape() == KernelShape::Gpu) kernels.findWaysOut = Kernel(device, kFile, "findWaysOut", options);
 }
 
 void FindClosestFeatures::enqueue(Queue& queue, DeviceWorld& world, bool flat, bool curved) {
@@ -20,20 +20,24 @@ void FindClosestFeatures::enqueue(Queue& queue, DeviceWorld& world, bool flat, b
   ComputeDevice& device = queue.device();
   const char* options = flat ? "" : "-DBTGPU_CURVED";
   if (!m_countConvexPairs.isBuilt()) m_countConvexPairs = Kernel(device, kFile, "countConvexPairs", options);
-  if (flat && !m_flat.findWaysOut.isBuilt()) build(device, m_flat, "");
-  if (curved && !m_curved.findWaysOut.isBuilt()) build(device, m_curved, "-DBTGPU_CURVED");
+  if (flat && !m_flat.findClosestFeatures.isBuilt()) build(device, m_flat, "");
+  if (curved && !m_curved.findClosestFeatures.isBuilt()) build(device, m_curved, "-DBTGPU_CURVED");
   const size_t capacity = world.capacities.pairs;
   world.closest.resize(queue, capacity);
   m_near.resize(queue, capacity);
-  m_overlap.resize(queue, capacity);
+  const bool apart =
+      device.shape() == KernelShape::Gpu;  // the ways out of cores that overlap are a launch of their own
+  m_overlap.resize(queue, apart ? capacity : 1);
   m_convexCount.resize(queue, 1);
   const Count count{capacity, &m_convexCount};
   m_countConvexPairs.launch(queue, {1, 1}, world.counters, world.bucketFirst, m_convexCount);
   if (flat) enqueueSearch(queue, world, m_flat);
   if (curved) enqueueSearch(queue, world, m_curved);
-  m_compact.run(queue, count, m_overlap, m_overlapping, m_overlapCount);
-  if (flat) enqueueWaysOut(queue, world, m_flat);
-  if (curved) enqueueWaysOut(queue, world, m_curved);
+  if (apart) {
+    m_compact.run(queue, count, m_overlap, m_overlapping, m_overlapCount);
+    if (flat) enqueueWaysOut(queue, world, m_flat);
+    if (curved) enqueueWaysOut(queue, world, m_curved);
+  }
   m_compact.run(queue, count, m_near, world.nearPairs, world.nearCount);
 }
 

@@ -12,7 +12,7 @@ BTGPU_BEGIN
 
 #define MOVING_AABB_LIMIT_SQR 1e12f  // squared diagonal beyond which Bullet takes a moving body out of the world
 #define MORTON_BITS 16               // per axis
-#define PAIR_SORT_STATIC_BIT (3 * MORTON_BITS)  // static bodies sort behind all others
+#define PAIR_SORT_BIT (3 * MORTON_BITS)  // the lower one of two that say in which of four groups a body is sorted
 
 // Of a body whose size along each axis is `reach`, about a point.
 LIB Aabb aabbAround(float4 point, float4 reach) {
@@ -120,6 +120,26 @@ LIB int filtersMatch(BodyInfo a, BodyInfo b) {
   if ((a.flags & b.flags & BODY_CHILD) && a.parent == b.parent) return 0;
   if ((either & BODY_COMPOUND) && (either & (BODY_CHILD | BODY_STATIC | BODY_KINEMATIC))) return 0;
   return (a.filterGroup & b.filterMask) != 0 && (b.filterGroup & a.filterMask) != 0;
+}
+
+// What filtersMatch() asks an item for besides groups and masks: its kind, and the kinds that it may form pairs with.
+#define ITEM_CHILD 1u       // a shape of a compound
+#define ITEM_COMPOUND 2u    // a compound that moves, as a whole
+#define ITEM_BODY 4u        // anything else that moves,
+#define ITEM_FIXED_BODY 8u  // or does not
+
+// 0: forms no pair.
+LIB uint itemKind(BodyInfo body) {
+  const uint fixed = body.flags & (BODY_STATIC | BODY_KINEMATIC);
+  if (!isCollidable(body)) return 0;
+  if (body.flags & BODY_COMPOUND) return fixed ? 0 : ITEM_COMPOUND;
+  if (body.flags & BODY_CHILD) return ITEM_CHILD;
+  return fixed ? ITEM_FIXED_BODY : ITEM_BODY;
+}
+LIB uint kindsToMeet(uint kind) {
+  return (kind & (ITEM_CHILD | ITEM_FIXED_BODY) ? ITEM_CHILD | ITEM_BODY | ITEM_FIXED_BODY : 0u) |
+         (kind & ITEM_COMPOUND ? ITEM_COMPOUND | ITEM_BODY : 0u) |
+         (kind & ITEM_BODY ? ITEM_CHILD | ITEM_COMPOUND | ITEM_BODY | ITEM_FIXED_BODY : 0u);
 }
 
 // Spreads the low 16 bits of v to every third bit.

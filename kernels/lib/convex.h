@@ -141,12 +141,16 @@ LIB Core triangleCore(Triangle triangle, float margin) {
 }
 #endif
 
+// Where Bullet leaves margins out: btPolyhedralContactClipping, SphereTriangleDetector.
+LIB void fitMargins(REF(Shape) a, REF(Shape) b) {
+  if (hasVariant(*a, HULL_POLYHEDRAL) && hasVariant(*b, HULL_POLYHEDRAL)) a->margin = b->margin = 0.0f;
+  if (a->type == SHAPE_SPHERE && hasVariant(*b, HULL_TRIANGLE)) b->margin = 0.0f;
+  if (b->type == SHAPE_SPHERE && hasVariant(*a, HULL_TRIANGLE)) a->margin = 0.0f;
+}
+
 LIB CorePair corePairOf(Shape a, Shape b, Matrix3 ra, Matrix3 rb, float4 bFromA) {
   CorePair pair;
-  // btPolyhedralContactClipping, SphereTriangleDetector
-  if (hasVariant(a, HULL_POLYHEDRAL) && hasVariant(b, HULL_POLYHEDRAL)) a.margin = b.margin = 0.0f;
-  if (a.type == SHAPE_SPHERE && hasVariant(b, HULL_TRIANGLE)) b.margin = 0.0f;
-  if (b.type == SHAPE_SPHERE && hasVariant(a, HULL_TRIANGLE)) a.margin = 0.0f;
+  fitMargins(&a, &b);
   pair.a = coreOf(a);
   pair.b = coreOf(b);
   pair.turn.row0 = mulTransposed(rb, matrixColumn(ra, 0));

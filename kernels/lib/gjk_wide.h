@@ -39,6 +39,7 @@ typedef struct WideSimplex {
 typedef struct WideCores {
   int kinds[BTGPU_WIDE];
   float extents[3 * BTGPU_WIDE];
+  int firstVertex[BTGPU_WIDE], vertexCount[BTGPU_WIDE];  // of hulls; no vertices: ask the core itself
 #ifdef BTGPU_TRIANGLE_CORES
   float corners[3][3 * BTGPU_WIDE];
 #endif
@@ -47,12 +48,16 @@ typedef struct WideCores {
 #endif
 } WideCores;
 
+typedef struct WidePairs {
+  WideCores a, b;
+  float turns[3][3 * BTGPU_WIDE], offsets[3 * BTGPU_WIDE];
+} WidePairs;
+
 // The pairs that wait to be looked at together.
 typedef struct GjkBlock {
   int count;
   CorePair pairs[BTGPU_WIDE];
-  WideCores a, b;
-  float turns[3][3 * BTGPU_WIDE], offsets[3 * BTGPU_WIDE];
+  WidePairs wide;
   float limits[BTGPU_WIDE];
   float first[3 * BTGPU_WIDE];  // the first vertex: x of all, y, z
 #ifdef BTGPU_CURVED
@@ -177,6 +182,8 @@ static LaneMask nearestOnSimplexWide(WideSimplex* s, LaneMask lanes, Lanes3* nea
 static void addCore(WideCores* cores, int l, const Core* core) {
   cores->kinds[l] = core->isHull ? KIND_LIST : KIND_BOX;
   setLane(cores->extents, l, core->extents);
+  cores->firstVertex[l] = core->firstVertex;
+  cores->vertexCount[l] = core->isHull ? core->vertexCount : 0;
 #ifdef BTGPU_TRIANGLE_CORES
   if (core->isTriangle) {
     cores->kinds[l] = KIND_TRIANGLE;
@@ -213,10 +220,10 @@ WIDE Lanes3 roundSupportWide(const WideCores* cores, LaneMask isCone, Lanes3 dir
 #endif
 
 // The cores' points farthest along the directions, in their own axes, of the lanes given; where cores have vertices,
-// vertices[] says which they are.
-static Lanes3 coreSupportsWide(const GjkBlock* g, int ofA, Hulls hulls, LaneMask lanes, Lanes3 direction,
-                               int16* vertices) {
-  const WideCores* cores = ofA ? &g->a : &g->b;
+// vertices[] says which they are. pairs[]: whose cores they are, A's or B's; null where no lane has several spheres or a
+// sum.
+static Lanes3 coreSupportsWide(const WideCores* cores, const CorePair* pairs, int ofA, Hulls hulls, LaneMask lanes,
+                               Lanes3 direction, int16* vertices) {
   const int16 kind = vload16(0, cores->kinds);
   const Lanes3 extents = loadLanes3(cores->extents);
   const LaneMask upX = (direction.x > 0.0f) & (extents.x > 0.0f), upY = (direction.y > 0.0f) & (extents.y > 0.0f),
@@ -247,38 +254,38 @@ static Lanes3 coreSupportsWide(const GjkBlock* g, int ofA, Hulls hulls, LaneMask
   int isIn[BTGPU_WIDE], found[BTGPU_WIDE];
   storeLanes3(direction, directions);
   vstore16(isList, 0, isIn);
-  for (int l = 0; l < g->count; ++l) {
+  for (int l = 0; l < BTGPU_WIDE; ++l) {
     if (!isIn[l]) continue;
-    const Core* core = ofA ? &g->pairs[l].a : &g->pairs[l].b;
 #ifdef BTGPU_CURVED
-    if (core->curved) {
-      setLane(at, l, coreSupportPoint(*core, hulls, laneOf(directions, l)));
+    if (cores->vertexCount[l] == 0) {
+      setLane(at, l, coreSupportPoint(ofA ? pairs[l].a : pairs[l].b, hulls, laneOf(directions, l)));
       continue;
     }
 #endif
-    found[l] = farthestVertexWide(hulls.vertices + core->firstVertex, core->vertexCount, laneOf(directions, l));
-    setLane(at, l, hulls.vertices[core->firstVertex + found[l]]);
+    __global const float4* hull = hulls.vertices + cores->firstVertex[l];
+    found[l] = farthestVertexWide(hull, cores->vertexCount[l], laneOf(directions, l));
+    setLane(at, l, hull[found[l]]);
   }
   *vertices = isList ? vload16(0, found) : *vertices;
   return pick3(isList, loadLanes3(at), best);
 }
 
 // The vertices of the differences B - A farthest against v, of the lanes given.
-static void supportsWide(const GjkBlock* g, Hulls hulls, LaneMask lanes, Lanes3 v, Lanes3* points,
-                         WideOrigin* origins) {
+static void supportsWide(const WidePairs* w, const CorePair* pairs, Hulls hulls, LaneMask lanes, Lanes3 v,
+                         Lanes3* points, WideOrigin* origins) {
   WideMatrix turn;
-  turn.row0 = loadLanes3(g->turns[0]);
-  turn.row1 = loadLanes3(g->turns[1]);
-  turn.row2 = loadLanes3(g->turns[2]);
+  turn.row0 = loadLanes3(w->turns[0]);
+  turn.row1 = loadLanes3(w->turns[1]);
+  turn.row2 = loadLanes3(w->turns[2]);
   int16 a, b;
-  const Lanes3 onA = coreSupportsWide(g, 1, hulls, lanes, v, &a);
+  const Lanes3 onA = coreSupportsWide(&w->a, pairs, 1, hulls, lanes, v, &a);
 #ifdef BTGPU_CURVED
   const Lanes3 inB = mulTransposedWide(turn, timesWide(v, (Lanes)-1.0f));
 #else
   const Lanes3 inB = timesWide(mulTransposedWide(turn, v), (Lanes)-1.0f);
 #endif
-  const Lanes3 onB = coreSupportsWide(g, 0, hulls, lanes, inB, &b);
-  *points = subtractWide(addWide(loadLanes3(g->offsets), mulMatrixWide(turn, onB)), onA);
+  const Lanes3 onB = coreSupportsWide(&w->b, pairs, 0, hulls, lanes, inB, &b);
+  *points = subtractWide(addWide(loadLanes3(w->offsets), mulMatrixWide(turn, onB)), onA);
 #ifdef BTGPU_CURVED
   *origins = onA;
 #else
@@ -364,12 +371,12 @@ static void finishLane(GjkBlock* g, Hulls hulls, int l, float4 v, const float sh
 static void addToBlock(GjkBlock* g, const CorePair* pair, float limit, ClosestBegun begun) {
   const int l = g->count;
   g->pairs[l] = *pair;
-  addCore(&g->a, l, &pair->a);
-  addCore(&g->b, l, &pair->b);
-  setLane(g->turns[0], l, pair->turn.row0);
-  setLane(g->turns[1], l, pair->turn.row1);
-  setLane(g->turns[2], l, pair->turn.row2);
-  setLane(g->offsets, l, pair->offset);
+  addCore(&g->wide.a, l, &pair->a);
+  addCore(&g->wide.b, l, &pair->b);
+  setLane(g->wide.turns[0], l, pair->turn.row0);
+  setLane(g->wide.turns[1], l, pair->turn.row1);
+  setLane(g->wide.turns[2], l, pair->turn.row2);
+  setLane(g->wide.offsets, l, pair->offset);
   g->limits[l] = limit;
   setLane(g->first, l, begun.point);
 #ifdef BTGPU_CURVED
@@ -415,7 +422,7 @@ static void closestWide(GjkBlock* g, Hulls hulls) {
     if (!anyLane(live)) break;
     Lanes3 point, nearer;
     WideOrigin origin;
-    supportsWide(g, hulls, live, v, &point, &origin);
+    supportsWide(&g->wide, g->pairs, hulls, live, v, &point, &origin);
     const Lanes bound = dotWide(v, point);
     const LaneMask isFar = live & (bound > 0.0f) & (bound * bound > limit * limit * distanceSqr);
     what = isFar ? CORES_FAR : what;

@@ -41,6 +41,21 @@ static inline uint itemCount(uint capacity, __global const uint* counter) {
 #define DEBUG_PRINT(arguments)
 #endif
 
+// Asks for `bytes` from an address that will be read soon and that the CPU can't guess. GPUs and interpreters know no
+// such thing.
+static inline void prefetchSoon(__global const void* from, uint bytes) {
+#if defined(BTGPU_SHAPE_CPU) && (defined(__x86_64__) || defined(__aarch64__))
+  for (uint at = 0; at < bytes; at += 64) __builtin_prefetch((const void*)((size_t)from + at), 0, 3);
+#endif
+}
+// ... that will be written.
+static inline void prefetchToWrite(__global const void* to, uint bytes) {
+#if defined(BTGPU_SHAPE_CPU) && (defined(__x86_64__) || defined(__aarch64__))
+  for (uint at = 0; at < bytes; at += 64) __builtin_prefetch((const void*)((size_t)to + at), 1, 3);
+#endif
+}
+#define ITEMS_AHEAD 16u  // a loop over items asks so many before it needs them
+
 // After an overflow every kernel of the step returns at once.
 #define RETURN_ON_OVERFLOW(counters) \
   if ((counters)->overflow) return

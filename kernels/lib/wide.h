@@ -67,13 +67,6 @@ WIDE Lanes3 timesWide(Lanes3 a, Lanes s) {
   return a;
 }
 
-// Asks for `bytes` from an address that will be read soon and that the CPU can't guess. Interpreters know no such thing.
-WIDE void prefetchSoon(__global const void* from, uint bytes) {
-#if defined(__x86_64__) || defined(__aarch64__)
-  for (uint at = 0; at < bytes; at += 64) __builtin_prefetch((const void*)((size_t)from + at), 0, 3);
-#endif
-}
-
 // ---- transposition between an array of float4 and lanes
 
 // clang's own, which stands behind every OpenCL for CPUs: vectors put together from elements become twice as many

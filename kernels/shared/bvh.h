@@ -11,6 +11,7 @@ BTGPU_BEGIN
 #define BVH_ARITY 8u
 #define BVH_MAX_LEVELS 12
 #define PAIRS_KEPT 16u  // pairs of a body that are kept from counting them to writing them
+#define PAIRS_KEPT_OF_BLOCK 256u  // CPU shape: of BVH_ARITY bodies together
 
 // Where each level begins in the array of node bounds, and how many nodes it has.
 STRUCT(BvhLevels) {

@@ -7,6 +7,10 @@
 #include "../lib/contact_threshold.h"
 #include "../lib/kernel.h"
 #include "../shared/body.h"
+#if defined(BTGPU_SHAPE_CPU) && !defined(BTGPU_DEBUG)  // the vector code checks nothing
+#include "../lib/first_look_wide.h"
+#define BTGPU_FIRST_LOOK
+#endif
 
 // A hull's part of the arrays of all hulls is there.
 #define ASSERT_HULL(s)                                                                                                 \
@@ -30,9 +34,13 @@ static void storeClosest(CHECKS CorePair cores, Hulls hulls, Matrix3 ra, int wha
                          uint i, __global RawContacts* contacts, __global ClosestFeatures* closest, __global uint* near,
                          __global uint* overlap) {
   if (what == CORES_NEAR) preferFaces(cores, hulls, &found);
-  if (what != CORES_FAR) AT(closest, k) = found;
   AT(near, k) = what != CORES_FAR;
+#ifdef BTGPU_SHAPE_CPU
+  if (what != CORES_FAR) AT(closest, k) = what == CORES_OVERLAP ? wayOutOf(cores, hulls) : found;
+#else
+  if (what != CORES_FAR) AT(closest, k) = found;
   AT(overlap, k) = what == CORES_OVERLAP;
+#endif
   AT(contacts, i).count = 0;
   AT(contacts, i).axis = what == CORES_OVERLAP ? 0 : packAxis(mulMatrix(ra, found.normal / length3(found.normal)));
 }
@@ -58,8 +66,62 @@ static void findInBlock(CHECKS PairBlock* block, Hulls hulls, __global RawContac
 
 #endif
 
+#ifdef BTGPU_FIRST_LOOK
+
+// Stores what there is to store of the pairs that are far apart along the axis that they begin with, of `count` at the
+// positions from k on, which are those of items[]. Bits of the result: which ones.
+// `behind`: how many more follow, whose memory is asked for.
+static uint findFarPairs(uint k, uint count, uint behind, __global const uint* items, __global const Pair* pairs,
+                         __global const BodyInfo* infos, __global const Shape* shapes, __global const BodyPose* poses,
+                         __global const Manifold* oldManifolds, Hulls hulls, __global RawContacts* contacts,
+                         __global uint* near) {
+  FirstLook look;
+  for (uint l = 0; l < min((uint)BTGPU_WIDE, behind); ++l) {
+    const uint i = items[BTGPU_WIDE + l], old = pairs[i].oldManifold;
+    if (old != NO_INDEX) prefetchSoon(&oldManifolds[old], 64);
+    prefetchSoon(&contacts[i].count, 8);
+  }
+  for (uint l = 0; l < BTGPU_WIDE; ++l) {
+    const Pair pair = pairs[items[l < count ? l : 0]];
+    look.bodiesA[l] = pair.bodyA;
+    look.bodiesB[l] = pair.bodyB;
+    if (pair.oldManifold == NO_INDEX || oldManifolds[pair.oldManifold].pointCount == 0) continue;
+    prefetchSoon(&oldManifolds[pair.oldManifold].points[0].normalWorldOnB, 16);
+  }
+  for (uint l = 0; l < BTGPU_WIDE; ++l) {
+    const Pair pair = pairs[items[l < count ? l : 0]];
+    const Shape a = shapes[infos[pair.bodyA].shapeIndex], b = shapes[infos[pair.bodyB].shapeIndex];
+    addFirstLook(&look, (int)l, a, b, contactThreshold(pair, infos, shapes, oldManifolds));
+    look.starts[l] = START_CENTRES;
+    setLane(look.axes, (int)l, vec3(0.0f, 0.0f, 0.0f));
+    if (l >= count) look.lanes[l] = 0;
+    if (pair.oldManifold == NO_INDEX) continue;
+    __global const Manifold* old = &oldManifolds[pair.oldManifold];
+    if (old->pointCount > 0) {
+      look.starts[l] = START_CONTACT;
+      setLane(look.axes, (int)l, old->points[0].normalWorldOnB);
+    } else if (old->axis != 0) {
+      look.starts[l] = START_APART;
+      setLane(look.axes, (int)l, unpackAxis(old->axis));
+    }
+  }
+  lookFirst(&look, hulls, poses);
+  uint far = 0;
+  for (uint l = 0; l < count; ++l) {
+    if (!look.isFar[l]) continue;
+    far |= 1u << l;
+    near[k + l] = 0;
+    contacts[items[l]].count = 0;
+    contacts[items[l]].axis = look.packed[l];
+  }
+  return far;
+}
+
+#endif
+
 // Begins with the normal of the last step, or with the axis that the two were apart along. Of the pair at position k:
-// near[k] is 1 where a contact is possible, overlap[k] where the cores overlap and findWaysOut has to find the axis.
+// near[k] is 1 where a contact is possible, overlap[k] where the cores overlap and findWaysOut has to find the axis; on the
+// CPU shape, where no lane waits for another, it is found at once.
 // Clears the pair's candidates, and says in their `axis` where to begin in the next step.
 KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __global const uint* bucketFirst,
                            __global const uint* items, __global const Pair* pairs, __global const BodyInfo* infos,
@@ -76,8 +138,20 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
   PairBlock block;
   block.gjk.count = 0;
 #endif
+#ifdef BTGPU_FIRST_LOOK
+  uint looked = NO_INDEX, far = 0;  // BTGPU_WIDE pairs from `looked` on; bits: which ones are settled
+#endif
   FOR_EACH(n, bucketFirst[LAST_BUCKET + 1] - first) {
     const uint k = before + n, i = AT(items, first + n);
+#ifdef BTGPU_FIRST_LOOK
+    if (looked == NO_INDEX || n - looked == BTGPU_WIDE) {
+      looked = n;
+      const uint count = min((uint)BTGPU_WIDE, n_end - n);
+      far = findFarPairs(k, count, n_end - n - count, items + first + n, pairs, infos, shapes, poses, oldManifolds,
+                         hulls, contacts, near);
+    }
+    if (far >> (n - looked) & 1u) continue;
+#endif
     const Pair pair = AT(pairs, i);
     const Shape a = AT(shapes, AT(infos, pair.bodyA).shapeIndex), b = AT(shapes, AT(infos, pair.bodyB).shapeIndex);
     ASSERT_HULL(a);
@@ -119,7 +193,7 @@ KERNEL findClosestFeatures(CHECKS __global const StepCounters* counters, __globa
 #endif
 }
 
-// The axes of the pairs whose cores overlap; overlapping[] lists their positions.
+// GPU shape: the axes of the pairs whose cores overlap; overlapping[] lists their positions.
 KERNEL findWaysOut(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* overlapCount,
                    __global const uint* overlapping, __global const uint* bucketFirst, __global const uint* items,
                    __global const Pair* pairs, __global const BodyInfo* infos, __global const Shape* shapes,

@@ -6,6 +6,8 @@
 #include "../lib/kernel.h"
 #include "../shared/body.h"
 
+#define PAIRS_AHEAD 4u  // that memory is asked for before it is needed
+
 // Contact candidates of the convex pairs near each other; nearPairs[] lists their positions among the convex pairs.
 KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCapacity, __global const uint* nearCount,
                        __global const uint* nearPairs, __global const uint* bucketFirst, __global const uint* items,
@@ -17,6 +19,15 @@ KERNEL clipConvexFaces(CHECKS __global const StepCounters* counters, uint pairCa
   RETURN_ON_OVERFLOW(counters);
   const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, 0);
   FOR_EACH(n, itemCount(pairCapacity, nearCount)) {
+#ifdef BTGPU_SHAPE_CPU
+    if (n + PAIRS_AHEAD < n_end) {
+      const uint next = AT(items, bucketFirst[BUCKET_FIRST_CONVEX] + AT(nearPairs, n + PAIRS_AHEAD));
+      const uint old = AT(pairs, next).oldManifold;
+      prefetchSoon(&AT(closest, AT(nearPairs, n + PAIRS_AHEAD)), sizeof(ClosestFeatures));
+      if (old != NO_INDEX) prefetchSoon(&AT(oldManifolds, old), 32);
+      prefetchToWrite(&AT(contacts, next), sizeof(RawContacts));
+    }
+#endif
     const uint k = AT(nearPairs, n);
     const uint i = AT(items, bucketFirst[BUCKET_FIRST_CONVEX] + k);
     const Pair pair = AT(pairs, i);

@@ -253,6 +253,7 @@ KERNEL collideTriangles(CHECKS __global const StepCounters* counters, __global c
   RETURN_ON_OVERFLOW(counters);
   const Hulls hulls = hullsOf(hullVertices, hullFaces, hullCorners, hullEdges);
   uint known = NO_INDEX;
+  int mine = 0;
   MeshPair pair;
 #ifdef GJK_IN_BLOCKS
   HitBlock block;
@@ -262,10 +263,11 @@ KERNEL collideTriangles(CHECKS __global const StepCounters* counters, __global c
     const TriangleHit hit = AT(hits, h);
     if (hit.pair != known) {
       known = hit.pair;
-      pair = meshPairOf(WITH_CHECKS AT(pairs, AT(items, bucketFirst[BUCKET_MESH] + known)), infos, shapes, poses,
-                        oldManifolds);
+      const Pair bodies = AT(pairs, AT(items, bucketFirst[BUCKET_MESH] + known));
+      mine = isMine(AT(shapes, AT(infos, bodies.bodyA).shapeIndex));
+      if (mine) pair = meshPairOf(WITH_CHECKS bodies, infos, shapes, poses, oldManifolds);
     }
-    if (!isMine(pair.a)) continue;
+    if (!mine) continue;
 #ifdef GJK_IN_BLOCKS
     h += collideRun(WITH_CHECKS &pair, h, h_end, hits, hulls, meshTriangles, &block, touches) - 1;
 #else

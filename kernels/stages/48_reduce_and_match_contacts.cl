@@ -114,6 +114,29 @@ static void store(const Manifold* m, __global Manifold* to) {
   for (int k = 0; k < m->pointCount; ++k) to->points[k] = m->points[k];
 }
 
+#define POINTS_AHEAD (ITEMS_AHEAD / 2)  // once it is known how many there are
+
+static int hasCandidates(const __global Pair* pair) {
+  return pair->bucket != BUCKET_NONE && pair->bucket != BUCKET_CARRY && pair->bucket != BUCKET_HOST;
+}
+
+// Manifolds are too far from each other for the CPU to guess where the next one is.
+static void askForPair(const __global Pair* pair, const __global RawContacts* raw,
+                       const __global Manifold* oldManifolds, const __global Manifold* to) {
+  if (pair->oldManifold != NO_INDEX) prefetchSoon(&oldManifolds[pair->oldManifold], 64);
+  if (hasCandidates(pair)) prefetchSoon(&raw->count, 8);
+  prefetchToWrite(to, 64);
+}
+static void askForPoints(const __global Pair* pair, const __global RawContacts* raw,
+                         const __global Manifold* oldManifolds, const __global Manifold* to) {
+  const int candidates = hasCandidates(pair) ? raw->count : 0;
+  const int kept = pair->oldManifold == NO_INDEX ? 0 : oldManifolds[pair->oldManifold].pointCount;
+  const uint size = sizeof(ContactPoint), points = (uint)min(max(candidates, kept), MANIFOLD_POINTS);
+  if (kept > 0) prefetchSoon(oldManifolds[pair->oldManifold].points, size * (uint)min(kept, MANIFOLD_POINTS));
+  if (points > 0) prefetchToWrite(to->points, size * points);
+  if (candidates > 0) prefetchSoon(raw, 64);
+}
+
 // One manifold a pair, in pair order.
 KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* counters, __global const StepParams* params,
                      __global const Pair* pairs, __global const RawContacts* contacts,
@@ -123,6 +146,10 @@ KERNEL matchContacts(CHECKS uint pairCapacity, __global const StepCounters* coun
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, itemCount(pairCapacity, &counters->pairCount)) {
     const Pair pair = AT(pairs, i);
+    if (i + ITEMS_AHEAD < i_end) {
+      askForPair(pairs + i + ITEMS_AHEAD, contacts + i + ITEMS_AHEAD, oldManifolds, manifolds + i + ITEMS_AHEAD);
+      askForPoints(pairs + i + POINTS_AHEAD, contacts + i + POINTS_AHEAD, oldManifolds, manifolds + i + POINTS_AHEAD);
+    }
     Manifold m;
     if (pair.oldManifold != NO_INDEX) copyManifold(&AT(oldManifolds, pair.oldManifold), &m);
     match(WITH_CHECKS i, pair, &m, params, contacts, infos, shapes, poses, materials);

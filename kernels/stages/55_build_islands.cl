@@ -270,6 +270,7 @@ KERNEL selectManifolds(CHECKS uint capacity, uint bodyCount, __global StepCounte
   const int oneIsland = (params->flags & STEP_ONE_ISLAND) != 0;
   uint points = 0, count = 0;
   FOR_CHUNK(i, min(capacity, counters->pairCount + params->hostManifoldCount)) {
+    if (i + ITEMS_AHEAD < i_end) prefetchSoon(&manifolds[i + ITEMS_AHEAD], 32);
     const uint a = AT(manifolds, i).bodyA, b = AT(manifolds, i).bodyB;
     const uint kindA = AT(kinds, a), kindB = AT(kinds, b);
     const uint member = (kindA & KIND_MEMBER) ? a : b;

@@ -25,6 +25,7 @@ KERNEL markContacts(uint pairCapacity, uint all, __global const StepCounters* co
   RETURN_ON_OVERFLOW(counters);
   uint touching = 0, fresh = 0;
   FOR_CHUNK(i, itemCount(pairCapacity, &counters->pairCount)) {
+    if (i + ITEMS_AHEAD < i_end) prefetchSoon(&manifolds[i + ITEMS_AHEAD], 32);
     const uint f = flagsOf(&manifolds[i], all);
     flags[i] = f;
     touching += f & IS_TOUCHING;

@@ -132,9 +132,9 @@ class CaptureTest : public DeviceTest {
         "colourGreedy", "solveInTeam", "solveJointsInTeam", "substepsInTeam",
         "layBoxes",     "listPairs",   "islandsByOne",      "prepareBodiesAndContacts"};
     const std::set<std::string> onlyGpu = {
-        "colourRound",    "colourRest",    "countColours", "fillSlots",     "solveColour",    "solveRest",
-        "gatherContacts", "substepColour", "substepRest",  "substepBodies", "islandUnite",    "islandUniteJoints",
-        "islandFlatten",  "islandStates",  "selectJoints", "prepareBodies", "prepareContacts"};
+        "colourRound",    "colourRest",    "countColours", "fillSlots",     "solveColour",   "solveRest",
+        "gatherContacts", "substepColour", "substepRest",  "substepBodies", "islandUnite",   "islandUniteJoints",
+        "findWaysOut",    "islandFlatten", "islandStates", "selectJoints",  "prepareBodies", "prepareContacts"};
     const auto& foreign = device().shape() == KernelShape::Cpu ? onlyGpu : onlyCpu;
     return foreign.count(kernel) > 0;
   }

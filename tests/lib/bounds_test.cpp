@@ -212,7 +212,7 @@ TEST(Morton, CodeInterleavesTheCells) {
     ASSERT_EQ(mortonCode(p, scene), expected);
   }
   EXPECT_GT(checked, 4000);
-  EXPECT_EQ(mortonCode(scene.upper, scene), (ulong{1} << PAIR_SORT_STATIC_BIT) - 1);
+  EXPECT_EQ(mortonCode(scene.upper, scene), (ulong{1} << PAIR_SORT_BIT) - 1);
   EXPECT_EQ(mortonCode(scene.lower, scene), 0u);
 }
 

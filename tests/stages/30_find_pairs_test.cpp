@@ -228,6 +228,20 @@ TEST_F(FindPairsTest, RandomFilters) {
   EXPECT_GT(expectAsReference(b), 0u);
 }
 
+// Compounds as a whole, their shapes, and bodies that are neither, each moving, kinematic or static.
+TEST_F(FindPairsTest, CompoundsAmongOthers) {
+  std::mt19937 random(15);
+  AabbWorld b;
+  for (uint i = 0; i < 700; ++i) {
+    BodyInfo& info = b.world.info(b.add(uniform3(random, -4, 4), cube(0.6f)));
+    const uint part = random() % 3, motion = random() % 4;
+    if (part > 0) info.flags |= part == 1 ? BODY_COMPOUND : BODY_CHILD;
+    if (part == 2) info.parent = random() % 40;
+    if (motion > 1) info.flags |= motion == 2 ? BODY_KINEMATIC : BODY_STATIC;
+  }
+  EXPECT_GT(expectAsReference(b), 700u);
+}
+
 TEST_F(FindPairsTest, WhatTakesNoPartIsNeverPaired) {
   std::mt19937 random(10);
   AabbWorld b;
