@@ -89,7 +89,7 @@ KERNEL mortonKeys(uint bodyCount, __global const BodyInfo* infos, __global const
 #define LEVEL_BARRIER
 #else
 #define LEVEL_BARRIER barrier(CLK_GLOBAL_MEM_FENCE)
-#define storeTag(boxes, place, tag)
+#define storeTag(boxes, place, tag) (void)(tag)
 #define loadTag(boxes, place) 0
 #endif
 
@@ -259,7 +259,7 @@ static void emitPairsOf(CHECKS uint block, __constant BvhLevels* levels, __globa
     return;
   }
   for (uint k = 0; k < AT(found, block); ++k) {
-    const uint pair = AT(kept, (ulong)block * PAIRS_KEPT_OF_BLOCK + k);
+    const uint pair = kept[(ulong)block * PAIRS_KEPT_OF_BLOCK + k];
     emitPair(WITH_CHECKS AT(order, block * BVH_ARITY + (pair >> KEPT_MEMBER_SHIFT)),
              pair & ((1u << KEPT_MEMBER_SHIFT) - 1u), offsets, counts, keys);
   }

@@ -184,7 +184,7 @@ static int changedState(int state, int wanted) {
 }
 
 KERNEL islandStates(CHECKS uint bodyCount, __global const StepCounters* counters, __global const uint* roots,
-                    __global const uint* wake, __global uint* kinds, volatile __global uint* islandFlags,
+                    volatile __global const uint* wake, __global uint* kinds, volatile __global uint* islandFlags,
                     __global BodyActivation* activations) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, bodyCount) {
@@ -213,8 +213,9 @@ static int movesOutsideIslands(uint kind) { return (kind & KIND_MOVES) && !(kind
 
 // jointSolved[i] = 1 for the joints that the solver gets: those of an island that is solved, disabled ones included.
 KERNEL selectJoints(CHECKS uint jointCount, __global const StepCounters* counters, __global const Joint* joints,
-                    __global const uint* kinds, __global const uint* roots, __global const uint* islandFlags,
-                    volatile __global uint* solved, __global uint* jointSolved) {
+                    __global const uint* kinds, __global const uint* roots,
+                    volatile __global const uint* islandFlags, volatile __global uint* solved,
+                    __global uint* jointSolved) {
   RETURN_ON_OVERFLOW(counters);
   FOR_EACH(i, jointCount) {
     const Joint joint = joints[i];
@@ -241,8 +242,8 @@ SINGLE_KERNEL islandsByOne(CHECKS uint bodyCount, uint pairCapacity, uint jointC
   islandUnite(WITH_CHECKS pairCapacity, turn, counters, params, pairs, manifolds, infos, kinds, restless, parents, wake);
   islandUniteJoints(WITH_CHECKS jointCount, turn, counters, params, joints, restless, parents);
   islandFlatten(WITH_CHECKS bodyCount, counters, kinds, activations, parents, roots, islandFlags);
-  islandStates(WITH_CHECKS bodyCount, counters, roots, (__global const uint*)wake, kinds, islandFlags, activations);
-  selectJoints(WITH_CHECKS jointCount, counters, joints, kinds, roots, (__global const uint*)islandFlags, solved,
+  islandStates(WITH_CHECKS bodyCount, counters, roots, wake, kinds, islandFlags, activations);
+  selectJoints(WITH_CHECKS jointCount, counters, joints, kinds, roots, islandFlags, solved,
                jointSolved);
 }
 #endif
