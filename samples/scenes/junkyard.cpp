@@ -84,7 +84,8 @@ std::vector<Scene> junkyardScenes() {
        {4, 4, 4},
        300,
        kStep,
-       {24, 0, Rest::Yes},
+       // At this size they lie side by side on the ground, each on one of its sides.
+       {24, 0, Rest::Yes, 0, 0, {}, true},
        buildJunkyard,
        {{14, 16, 14}, 240, cube}},
   };
