@@ -193,6 +193,8 @@ TEST(FilterCallbackTest, RefusedPairsForgetTheirContacts) {
                       w.objects.add(1, box, btVector3(6, s(0.5), 0))};
     for (btRigidBody* body : {scene.refused, scene.ignoring, scene.other}) {
       body->setActivationState(DISABLE_DEACTIVATION);
+      // Friction's direction follows a slip of nothing but rounding, which double worlds know from less than the device.
+      body->setFriction(0);
     }
     w.run(20);
     filter.refused = scene.refused->getBroadphaseHandle();
