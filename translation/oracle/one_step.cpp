@@ -538,6 +538,12 @@ void OneStepCheck::compareOrders(const std::vector<BodyState>& predicted) {
   m_reversedDistance += velocityDistance(m_oracle, reversed, exact);
 }
 
+// Whether the body's timer goes on, as btRigidBody::updateDeactivation has it.
+static bool isSlow(const btRigidBody& body, const btVector3& linear, const btVector3& angular) {
+  const btScalar most = body.getLinearSleepingThreshold(), mostAngular = body.getAngularSleepingThreshold();
+  return linear.length2() < most * most && angular.length2() < mostAngular * mostAngular;
+}
+
 void OneStepCheck::compareEnd() {
   std::vector<bool> touched = m_jointed;
   for (const Manifold& m : *m_contacts) {
@@ -552,7 +558,11 @@ void OneStepCheck::compareEnd() {
     m_lost.add(lost ? 1 : 0, lost, slot);
     if (!ours.known) continue;
     if (m_step->sleepKnown) {
-      const bool other = ours.activation != stock->getActivationState();
+      // Two velocities between which the threshold lies are the solver's, whose checks look at them.
+      const btRigidBody& body = *btRigidBody::upcast(stock);
+      const bool sameSide = isSlow(body, m_ours[i].linear, m_ours[i].angular) ==
+                            isSlow(body, body.getLinearVelocity(), body.getAngularVelocity());
+      const bool other = sameSide && ours.activation != stock->getActivationState();
       m_sleep.add(other ? 1 : 0, other, slot);
     }
     if (touched[i]) continue;

@@ -53,8 +53,10 @@ const std::vector<Tolerance>& tolerances() {
        "float: one multiply-add and one quaternion product"},
       {"integrate.not_finite", 0, "a body that came out of a step with NaN or infinity where stock's is finite",
        "there is no right NaN"},
-      {"sleep.state", 0.005, "share of bodies and steps whose activation state differs from stock's after the step",
-       "the timers are the same; velocities within rounding of the threshold may fall on either side"},
+      {"sleep.state", 0.005,
+       "share of bodies and steps whose activation state differs from stock's after the step, with velocities on the "
+       "same side of the sleeping thresholds",
+       "the timers are the same; the velocities have checks of their own"},
 
       {"free.position", 0.02, "largest position difference while positions are comparable, relative to the body's size",
        "two right solvers drift apart by their residual; the scene says for how many steps"},
